@@ -54,18 +54,20 @@ struct Lowered {
   [[nodiscard]] std::vector<std::string> ros_names(std::string_view source) const;
 };
 
+/// Constants of all messages, made of the enumerators of what they have in them.
+inline constexpr std::size_t max_lowered_constants = 2'000'000;
+
 struct LowerOptions {
   /// Of all types that are not bound to a ROS type; empty: the last part of the scope of each.
   std::string package{};
   std::string package_without_scope = "interfaces";
+  std::size_t max_constants = max_lowered_constants;
 };
 
 /// Maps in maps: messages of all of them together, and of one member. A map of two maps of two maps … has
 /// twice as many at each level.
 inline constexpr std::size_t max_nested_maps = 100'000;
 inline constexpr std::size_t max_nested_maps_of_member = 1000;
-/// Constants of all messages, made of the enumerators of what they have in them.
-inline constexpr std::size_t max_lowered_constants = 2'000'000;
 
 /// Makes ROS definitions of all types and members. The same model gives the same names.
 /// What is beyond the limits above is not carried, and named.

@@ -529,10 +529,10 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
   }
   const std::vector<Enumerator> all = all_enumerators(model_, *type);
   constant_count_ += all.size();
-  if (constant_count_ > max_lowered_constants) {
+  if (constant_count_ > options_.max_constants) {
     complain(shape.source,
              fmt::format("the enumerators of {} as constants: there are more than {}", type->name,
-                         max_lowered_constants),
+                         options_.max_constants),
              type->place);
     return;
   }

@@ -209,7 +209,12 @@ void Consumer::unsubscribe_at(AtServer& at_server, TimePoint now) {
   at_server = {.instance = at_server.instance};
 }
 
+// What was subscribed to over TCP only does not come over UDP: the sender of a datagram is easily forged.
 const RemoteService* Consumer::server_at(const SharedSubscription& subscription, const Source& source) {
+  const SubscribeSpec& wanted = subscription.wanted;
+  if (!(source.transport == Transport::udp ? wanted.udp : wanted.tcp)) {
+    return nullptr;
+  }
   const auto server = std::ranges::find_if(subscription.servers, [&](const RemoteService& one) {
     return (source.transport == Transport::udp ? one.udp : one.tcp) == source.from;
   });

@@ -431,7 +431,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   void on_tcp_client(const Endpoint& own, const Endpoint& client, bool connected) {
     if (connected) {
       if (!discovery.tcp_connected(own, client) &&
-          !(ports.make_room(client) && discovery.tcp_connected(own, client))) {
+          !(ports.make_room(own, client) && discovery.tcp_connected(own, client))) {
         ports.disconnect(own, client, "all places are taken (max_tcp_connections)");
       }
     } else {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 
 #include "sd/net/clock.hpp"
 #include "someip/wire/counters.hpp"
@@ -194,31 +193,21 @@ void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::s
   }
 }
 
-bool Ports::make_room(const Endpoint& client) {
-  std::map<IpAddress, std::size_t> by_address;
-  for_each(tcp_, [&](const TcpPort& port) {
-    port.server.for_each_client([&](const Endpoint& one) { ++by_address[one.address]; });
+bool Ports::make_room(const Endpoint& own, const Endpoint& client) {
+  std::vector<someip::TcpPlace> places;
+  for_each(tcp_, [&](TcpPort& port) { port.server.add_places(places); });
+  std::erase_if(places, [&](const auto& one) { return one.own == own && one.client == client; });
+  const auto others = static_cast<std::size_t>(
+      std::ranges::count_if(places, [&](const auto& one) { return one.client.address == client.address; }));
+  const auto worst = someip::who_gives_way(places, others, [this](const someip::TcpPlace& one) {
+    return handlers_.tcp_needed(one.own, one.client);
   });
-  const auto most = std::ranges::max_element(by_address, {}, [](const auto& one) { return one.second; });
-  if (most == by_address.end() || most->second <= by_address[client.address]) {
+  if (!worst) {
     return false;
   }
-  for (const auto& weak : std::vector{tcp_}) {
-    const auto port = weak.lock();
-    std::optional<Endpoint> idle;
-    if (port) {
-      port->server.for_each_client([&](const Endpoint& one) {
-        if (one.address == most->first && !handlers_.tcp_needed(port->server.local(), one)) {
-          idle = one;
-        }
-      });
-    }
-    if (idle) {
-      port->server.give_way(*idle);
-      return true;
-    }
-  }
-  return false;
+  const auto port = find_port(tcp_, [&](const TcpPort& one) { return one.server.local() == worst->own; });
+  port->server.give_way(worst->client);
+  return true;
 }
 
 void Ports::on_train(const someip::Train& train, const Source& source, LargeMessages& large,

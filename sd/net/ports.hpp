@@ -112,9 +112,9 @@ class Ports {
 
   /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
   void disconnect(const Endpoint& own, const Endpoint& client, const std::string& why);
-  /// Discovery has no place for the connection of this client: one of the address that has the most, at all
-  /// ports together, gives way. False if there is none of an address with more.
-  bool make_room(const Endpoint& client);
+  /// Discovery has no place for the connection of this client to `own`: one of those at all ports gives way,
+  /// by the rule of who_gives_way(). False if there is none that does.
+  bool make_room(const Endpoint& own, const Endpoint& client);
   void follow_interface();
   /// Sends now what waits to leave together with others.
   void flush();

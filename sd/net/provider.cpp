@@ -1,6 +1,7 @@
 #include "sd/net/provider.hpp"
 
 #include <algorithm>
+#include <random>
 #include <stdexcept>
 
 #include "sd/core/receive_buffer.hpp"
@@ -60,8 +61,8 @@ Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Por
       ports_{ports},
       config_{config},
       counters_{counters},
-      unproven_{config.unproven_answer_bytes, config.unproven_answer_rate},
-      repeated_{config.max_repeated_values},
+      unproven_{config.unproven_answer_bytes, config.unproven_answer_rate, std::random_device{}()},
+      repeated_{config.max_repeated_values, std::random_device{}()},
       may_be_sent_{[this](const Endpoint& to, std::size_t bytes) { return may_receive(to, bytes); }},
       not_there_{[this](const IpAddress& to) { say_who_is_silent(to); }},
       log_{std::move(log)},

@@ -1,25 +1,31 @@
 #include "sd/net/unproven_receivers.hpp"
 
 #include <algorithm>
+#include <span>
+
+#include "sd/core/recent_messages.hpp"
 
 namespace trestle::sd {
 
-double UnprovenReceivers::left_of(const Budget& one, TimePoint now) const noexcept {
-  const double grown = std::chrono::duration<double>(now - one.at).count() * static_cast<double>(rate_per_s_);
-  return one.address.is_unspecified() ? static_cast<double>(most_)
-                                      : std::min(static_cast<double>(most_), one.left + grown);
+template <typename Value>
+Value& HashedPlaces<Value>::at(const IpAddress& address, std::uint64_t more) noexcept {
+  const std::uint32_t hash =
+      hash_of(hash_of(seed_, std::as_bytes(std::span{&more, 1})), std::as_bytes(std::span{address.bytes}));
+  return places_[(hash ^ (hash >> 16U)) % count];
 }
 
+UnprovenReceivers::UnprovenReceivers(std::size_t most, std::size_t rate_per_s, std::uint32_t seed)
+    : most_{most}, rate_per_s_{rate_per_s}, budgets_{seed, {.left = static_cast<double>(most), .at = {}}} {}
+
 bool UnprovenReceivers::take(const IpAddress& to, std::size_t bytes, TimePoint now) noexcept {
-  auto place = std::ranges::find(budgets_, to, &Budget::address);
-  if (place == budgets_.end()) {
-    place = std::ranges::max_element(budgets_, {}, [&](const Budget& one) { return left_of(one, now); });
-  }
-  *place = {to, left_of(*place, now), now};
-  if (static_cast<double>(bytes) > place->left) {
+  Budget& budget = budgets_.at(to);
+  const double grown =
+      std::chrono::duration<double>(now - budget.at).count() * static_cast<double>(rate_per_s_);
+  budget = {std::min(static_cast<double>(most_), budget.left + grown), now};
+  if (static_cast<double>(bytes) > budget.left) {
     return false;
   }
-  place->left -= static_cast<double>(bytes);
+  budget.left -= static_cast<double>(bytes);
   return true;
 }
 
@@ -29,17 +35,14 @@ bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept {
 
 bool RepeatedValues::take(const IpAddress& to, OfferHandle offer, someip::MethodId event,
                           TimePoint now) noexcept {
-  auto place = std::ranges::find_if(
-      sent_, [&](const Sent& one) { return one.event == event && one.offer == offer && one.to == to; });
-  if (place == sent_.end()) {
-    place = std::ranges::min_element(sent_, {}, &Sent::free_at);
-    *place = {to, offer, event, {}};
-  }
-  const TimePoint next = std::max(place->free_at, now) + pause;
+  const std::uint64_t value_of =
+      (std::uint64_t{offer.index} << 48U) | (std::uint64_t{offer.generation} << 32U) | someip::value(event);
+  TimePoint& free_at = free_at_.at(to, value_of);
+  const TimePoint next = std::max(free_at, now) + pause;
   if (next > now + pause * at_once_) {
     return false;
   }
-  place->free_at = next;
+  free_at = next;
   return true;
 }
 

@@ -200,13 +200,16 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     if (clients.size() < options.max_connections) {
       return true;
     }
-    const auto worst = who_gives_way(own);
+    std::vector<TcpPlace> places;
+    add_places(places);
+    const auto worst = who_gives_way(
+        places, own, [this](const TcpPlace& one) { return handlers.in_use && handlers.in_use(one.client); });
     if (!worst) {
       refuse(from, "all are taken (max_tcp_clients)");
       return false;
     }
     ++counters.gave_way;
-    closed(*worst, for_another);
+    closed(worst->client, for_another);
     return !stopped;
   }
 
@@ -217,56 +220,11 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     }
   }
 
-  // Which connection gives way to one of an address that has `own`: all addresses get an equal share. Where
-  // they have, one that has been silent for a while, rather one that has never spoken, then the one that
-  // spoke the longest ago. Nobody takes it from an address that has less: each could lose all that it seldom
-  // uses.
-  std::optional<Endpoint> who_gives_way(std::size_t own) {
+  void add_places(std::vector<TcpPlace>& places) {
     const auto now = Clock::now();
-    std::size_t most = 0;
-    IpAddress address{};
-    for_each_address([&](auto first, auto last, std::size_t count) {
-      if (count > most) {
-        most = count;
-        address = first->first.address;
-      }
-      std::for_each(first, last, [&](auto& one) { one.second.look(now); });
-    });
-    const bool by_address = own + 1 < most;
-    struct Candidate {
-      bool spoke;
-      Clock::time_point last;
-      Endpoint endpoint;
-      auto operator<=>(const Candidate&) const = default;
-    };
-    std::vector<Candidate> candidates;
-    for_each_address([&](auto first, auto last, std::size_t count) {
-      for (; first != last; ++first) {
-        const auto& [endpoint, client] = *first;
-        const bool spoke = client.messages != 0;
-        if (by_address ? endpoint.address == address : client.silent(now) && (!spoke || count > own)) {
-          candidates.push_back({spoke, client.last, endpoint});
-        }
-      }
-    });
-    std::ranges::sort(candidates);
-    for (const Candidate& one : candidates) {
-      if (!handlers.in_use || !handlers.in_use(one.endpoint)) {
-        return one.endpoint;
-      }
-    }
-    // All are in use: the one with the most recent activity.
-    return by_address ? std::optional{candidates.back().endpoint} : std::nullopt;
-  }
-
-  // Calls `visit(first, last, count)` with the clients of each address.
-  template <typename Visit>
-  void for_each_address(Visit visit) {
-    for (auto first = clients.begin(); first != clients.end();) {  // sorted by address
-      const auto last = std::find_if(
-          first, clients.end(), [&](const auto& one) { return one.first.address != first->first.address; });
-      visit(first, last, static_cast<std::size_t>(std::distance(first, last)));
-      first = last;
+    for (auto& [endpoint, client] : clients) {
+      client.look(now);
+      places.push_back({local, endpoint, client.messages != 0, client.silent(now), client.last});
     }
   }
 
@@ -418,10 +376,8 @@ void TcpServer::give_way(const Endpoint& client) {
   disconnect(client, for_another);
 }
 
-void TcpServer::for_each_client(const std::function<void(const Endpoint& client)>& visit) const {
-  for (const auto& [endpoint, client] : state_->clients) {
-    visit(endpoint);
-  }
+void TcpServer::add_places(std::vector<TcpPlace>& places) {
+  state_->add_places(places);
 }
 
 const Endpoint& TcpServer::local() const noexcept {

@@ -1,5 +1,6 @@
 #pragma once
 #include "someip/net/net_error.hpp"
+#include "someip/net/tcp_places.hpp"
 #include "someip/net/tcp_stream.hpp"
 
 namespace trestle::someip {
@@ -67,7 +68,8 @@ class TcpServer {
   /// The same, to make room for another client. Counts it.
   void give_way(const Endpoint& client);
 
-  void for_each_client(const std::function<void(const Endpoint& client)>& visit) const;
+  /// Adds the connections that there are.
+  void add_places(std::vector<TcpPlace>& places);
   /// Where it listens, with the port that the system chose.
   [[nodiscard]] const Endpoint& local() const noexcept;
   [[nodiscard]] bool connected(const Endpoint& client) const;

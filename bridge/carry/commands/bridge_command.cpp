@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <csignal>
 #include <cstdio>
@@ -45,6 +47,16 @@ void print_counters(const Bridge& bridge, Report& report) {
     print({.name = "report", .counters = {{"lines_left_out", report.lines_left_out()}}});
   }
   std::fflush(stdout);
+}
+
+// A connection takes one. Where the usual limit is less than what the system lets one have, that is for the
+// sake of old programs.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < limit.rlim_max) {
+    limit.rlim_cur = std::max(limit.rlim_cur, std::min<rlim_t>(limit.rlim_max, 65'536));
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+  }
 }
 
 /// Runs the bridge of a configuration, and can replace it by the bridge of another one.
@@ -136,6 +148,7 @@ int run(const Options& options) {
                                 }
                               }};
   runner.emplace(io, options, std::move(*config));
+  raise_descriptor_limit();
   const SpareMemory spare_memory{io};
   sd::run_busy(io, runner->busy_poll());
   runner->show();

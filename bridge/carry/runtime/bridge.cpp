@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <net/if.h>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -28,6 +29,12 @@
 
 namespace trestle::carry {
 namespace {
+
+// How many the process may have.
+std::size_t descriptor_limit() {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_NOFILE, &limit) == 0 ? static_cast<std::size_t>(limit.rlim_cur) : SIZE_MAX;
+}
 
 // A name that is wrong is better said here than by the socket that needs it first.
 void check_interface(const std::string& name) {
@@ -92,8 +99,8 @@ struct Bridge::State {
           context.report.discovery(line);
         };
       };
-      return std::make_unique<sd::Node>(context.io, node_config(config), log_at(spdlog::level::info),
-                                        log_at(spdlog::level::warn));
+      return std::make_unique<sd::Node>(context.io, node_config(config, descriptor_limit()),
+                                        log_at(spdlog::level::info), log_at(spdlog::level::warn));
     });
     someip = someip_side_of(*node);
     context.someip = someip.get();

@@ -147,7 +147,7 @@ std::size_t most_kinds_at_one_port(const std::vector<Demand>& demands) {
 
 }  // namespace
 
-sd::NodeConfig node_config(const BridgeConfig& config) {
+sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) {
   const SdSettings& sd = config.someip.sd;
   sd::NodeConfig node{.address = config.someip.address,
                       .multicast_interface = config.someip.interface,
@@ -193,6 +193,8 @@ sd::NodeConfig node_config(const BridgeConfig& config) {
     // As many as the ports accept: who takes all that one address may have at each leaves the others theirs.
     raise(node.limits.max_tcp_connections,
           std::max<std::size_t>(256, tcp_ports_of(demands) * node.max_tcp_clients));
+    node.limits.max_tcp_connections = static_cast<std::uint16_t>(
+        std::min<std::size_t>(node.limits.max_tcp_connections, descriptors - descriptors / 4));
   }
   raise(node.limits.max_pending_entries,  // a shutdown needs them
         std::size_t{node.limits.max_offers} + node.limits.max_subscriptions);

@@ -330,7 +330,7 @@ TEST(Bounds, RefuseInterfacesThatInheritTooMuch) {
 TEST(Bounds, CountTheConstantsOfEnumerations) {
   Model model;
   Type colours{.kind = Kind::enumeration, .name = "Colour"};
-  for (unsigned i = 0; i < 10'000; ++i) {
+  for (unsigned i = 0; i < 100; ++i) {
     colours.enumerators.push_back({fmt::format("c{}", i), i});
   }
   model.add(std::move(colours));
@@ -339,14 +339,14 @@ TEST(Bounds, CountTheConstantsOfEnumerations) {
                .name = fmt::format("T{}", i),
                .members = {{.name = "a", .type = TypeIndex{0}}, {.name = "b", .type = TypeIndex{0}}}});
   }
-  const Lowered lowered = lower(model);
+  const Lowered lowered = lower(model, {.max_constants = 20'000});
   std::size_t constants = 0;
   for (const messages::MessageDefinition& definition : lowered.definitions) {
     constants += definition.constants.size();
   }
-  EXPECT_EQ(constants, max_lowered_constants);
+  EXPECT_EQ(constants, 20'000U);
   EXPECT_THAT(lines_of(lowered.not_carried),
-              Contains("T200: the enumerators of Colour as constants: there are more than 2000000"));
+              Contains("T200: the enumerators of Colour as constants: there are more than 20000"));
 }
 
 TEST(Bounds, EndAComparisonOfCircles) {

@@ -114,15 +114,21 @@ TEST_F(Gateways, CarryWhatTheBridgesBringInThatTheyName) {
   ASSERT_TRUE(subscribed(first, "/chatter")) << "the second one reads it";
   ASSERT_TRUE(until([&] { return subscription_->active(); })) << "the second one has a publisher";
   ASSERT_TRUE(knows(third, "/chatter", 2));
-  notify();
-  ASSERT_TRUE(until([&] { return came_ == 1; }));
-  ASSERT_TRUE(counts(third, "route /chatter", "dds_from_bridge", 1));
+  // Some may be written before the first one's writer has found the reader of the third.
+  std::uint64_t notified = 0;
+  ASSERT_TRUE(until([&] {
+    notify();
+    ++notified;
+    run_for(50ms);
+    return third.counter("route /chatter", "dds_from_bridge") > 0;
+  }));
+  ASSERT_TRUE(until([&] { return came_ == notified; }));
   run_for(a_while);
-  EXPECT_EQ(came_, 1U);
+  EXPECT_EQ(came_, notified);
   EXPECT_EQ(first.counter("route /chatter", "readers"), 1U);
   EXPECT_EQ(second.counter("route /chatter", "dds_from_bridge"), 0U);
-  EXPECT_EQ(third.counter("route /chatter", "dds_from_bridge"), 1U) << "it names none";
-  EXPECT_EQ(third.counter("route /chatter", "publishers"), 0U);
+  EXPECT_EQ(third.counter("route /chatter", "publishers"), 0U) << "it names none";
+  EXPECT_EQ(third.counter("route /chatter", "carried"), 0U);
 }
 
 TEST_F(Gateways, CarryLatchedTopicsByPatterns) {

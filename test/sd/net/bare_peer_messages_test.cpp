@@ -91,6 +91,31 @@ TEST_F(BarePeerMessages, TakeEventsFromTheEndpointOfTheirTransportAlone) {
   EXPECT_THAT(payloads(), ElementsAre("0b"));
 }
 
+// The sender of a datagram can be forged, so what is asked for over TCP alone must not come in one.
+TEST_F(BarePeerMessages, TakeOverTcpAloneWhatIsWantedSo) {
+  client.subscribe(wanted, collect());
+  SubscribeSpec of_other_event = wanted;
+  of_other_event.eventgroup = EventgroupId{2};
+  of_other_event.events = {MethodId{0x8002}};
+  of_other_event.udp = true;
+  of_other_event.tcp = false;
+  of_other_event.port = client_port;
+  client.subscribe(of_other_event, collect());
+  const std::string address = test::to_hex(std::as_bytes(std::span{test::other_address.bytes})).substr(0, 8);
+  ASSERT_TRUE(run_until([&] {
+    send({test::own_group(), sd_port}, session++, "01 00 00 20 1234 0001 01 000258 00000000",
+         "0009 04 00" + address + "00069d26 0009 04 00" + address + "00119d26");
+    return run_until([&] { return accepted == 1 && count("0600001012340001") >= 2; }, 20ms);
+  }));
+  send_datagram(std::string{event} + "0a");
+  ASSERT_TRUE(run_until([&] { return client.counters().unknown_sender == 1; }));
+  send_datagram("1234 8002 00000009 0000 0001 01 01 02 00 0b");
+  ASSERT_TRUE(run_until([&] { return !events.empty(); }));
+  send_over_tcp(std::string{event} + "0c");
+  ASSERT_TRUE(run_until([&] { return events.size() >= 2; }));
+  EXPECT_THAT(payloads(), ElementsAre("0b", "0c"));
+}
+
 TEST_F(BarePeerMessages, DropUnknownEventsAmongKnownOnesInOneDatagram) {
   covers({"feat_req_someipcompat_1201", "feat_req_someip_741"});
   subscribe(false);

@@ -53,11 +53,11 @@ class SettingsTest : public test::TwoNodes {
             .eventgroups = {{.id = group, .events = {event}}}};
   }
   /// A connection to the service, as a client would make it.
-  tcp::socket& connect(const IpAddress& from = test::other_address) {
+  tcp::socket& connect(const IpAddress& from = test::other_address, std::uint16_t port = tcp_port) {
     tcp::socket& socket = sockets.emplace_back(io);
     socket.open(tcp::v4());
     socket.bind({boost::asio::ip::make_address(someip::to_string(from)), 0});
-    socket.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), tcp_port});
+    socket.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), port});
     return socket;
   }
   /// Whether the other end closes this connection.
@@ -201,6 +201,29 @@ TEST_F(SettingsTest, LimitTheTcpClientsOfAllPortsTogether) {
   EXPECT_FALSE(is_closed(other, 10ms));
   EXPECT_EQ(node.tcp_server_counters().gave_way, 1U);
   EXPECT_GE(node.discovery_counters().limits_reached[static_cast<std::size_t>(Limit::tcp_connections)], 1U);
+}
+
+TEST_F(SettingsTest, GiveAPlaceAtOnePortToWhoComesToAnother) {
+  NodeConfig config = quick(test::server_address);
+  config.limits.max_tcp_connections = 2;
+  Node node{io, config};
+  node.offer(spec());
+  ServiceSpec other = spec();
+  other.service = ServiceId{0x1235};
+  other.udp_port = udp_port + 2;
+  other.tcp_port = tcp_port + 2;
+  node.offer(other);
+  tcp::socket& first = connect(test::own_address(4));
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 1; }));
+  connect(test::own_address(5), tcp_port + 2);
+  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  // Until one has been silent for a second, nobody has to go.
+  ASSERT_TRUE(run_until([&] {
+    connect(test::client_address, tcp_port + 2);
+    io.run_for(50ms);
+    return node.tcp_server_counters().gave_way == 1;
+  }));
+  EXPECT_TRUE(is_closed(first)) << "it never spoke, and was silent for longest";
 }
 
 TEST_F(SettingsTest, LimitTheTcpClientsOfOneAddress) {

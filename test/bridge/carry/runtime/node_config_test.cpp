@@ -136,6 +136,12 @@ TEST(NodeConfigOfABridge, HasRoomForAllTcpClientsThatItsPortsTake) {
   EXPECT_EQ(places(", limits: {max_tcp_connections: 7}", 600), 7U);
 }
 
+TEST(NodeConfigOfABridge, LeavesDescriptorsToOthersThanTcpClients) {
+  const BridgeConfig config = load("someip: {address: 127.0.0.1}\n" + one_route);
+  EXPECT_EQ(node_config(config, 1024).limits.max_tcp_connections, 256U);
+  EXPECT_EQ(node_config(config, 200).limits.max_tcp_connections, 150U);
+}
+
 // Each key must change something, so that none is forgotten.
 TEST(NodeConfigOfABridge, KnowsEachKey) {
   for (const LimitKey& key : limit_keys()) {
