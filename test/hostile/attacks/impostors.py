@@ -11,7 +11,7 @@ from lab import ADDRESS, MANY, SILENT, Failed
 from scenario import scenario
 from wire import (ENDLESS, GROUP, RESPONSE, SD_PORT, TCP, UDP, cloud, endpoint, load_balancing, sd_endpoint, service_entry,
                   someip)
-from world import LATE, route
+from world import FLOWS, LATE, route
 
 HONEST = ADDRESS["honest"]
 FORGED_STAMP = 10**9  # which no message of ours has
@@ -55,6 +55,50 @@ def offer_and_forge(rate, sd_option, first):
 def named_offers(world):
     world.honest("events_in", "clouds_in", late=True)
     world.beside(offer_and_forge, 20, True, False, newcomer=LATE, forging=True)
+
+
+def serve_tcp():
+    """The honest service of another stack: offered over both, subscribed to over TCP, and silent."""
+    honest = Attacker(HONEST)
+    sink = open_udp(HONEST, 42002)
+    listener = socket.create_server((HONEST, 42003))
+    listener.setblocking(False)
+    connections = []
+    options = endpoint(HONEST, 42002) + endpoint(HONEST, 42003, TCP)
+    for i in pace(10):
+        try:
+            connections.append(listener.accept()[0])
+        except BlockingIOError:
+            pass
+        if i % 10 == 0:
+            for to in GROUP, CAR:
+                honest.say(service_entry(1, 0x5002, ttl=3, options=2), options, to)
+        for entries, _, sender in honest.heard():
+            for entry in entries:
+                if entry[0] == 6:  # a Subscribe
+                    honest.say(bytes([7, 0, 0, 0]) + entry[4:], to=sender[0])
+    sink.close()
+
+
+def forge_datagrams():
+    attacker = Attacker()
+    for i in pace(20):
+        attacker.send_as((HONEST, 42002), someip(0x5002, 0x8001, cloud(10**9, 200), session=1 + i), (CAR, 40002))
+
+
+@scenario("tcp-route-udp-events", 7, "datagrams in the name of the server of a route over TCP, whose service is offered over UDP, too")
+def tcp_route(world):
+    routes = route("/tcp_in", 0x5002, "someip_to_dds", more=", transport: tcp") + FLOWS["events_out"].route
+    car = world.bridge("car", "bridge", "routes:\n" + routes)
+    end = world.end("car", "car-end", "dds", 80, "tcp_in=read:/tcp_in:cloud",
+                    "events_out=publish:/events_out:cloud:200:20")
+    world.lab.fork("honest", serve_tcp)
+    world.wait(lambda: "subscribed to eventgroup" in car.text(), "the route is not subscribed")
+    child = world.lab.fork("attacker", forge_datagrams)
+    world.pass_time(world.scale.attack_s, "attacked")
+    world.lab.end(child)
+    taken = flows.read(end.out)[0]["tcp_in"].received
+    world.figures.append(at_most("forged and accepted", len(taken), 0))
 
 
 @scenario("second-offer", 10, "an impostor offers an instance of the honest host second, and sends events")

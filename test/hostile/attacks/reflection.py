@@ -3,7 +3,7 @@ import time
 
 from attacker import CAR, Attacker, open_udp, pace
 from figures import Figure, at_most
-from lab import ADDRESS
+from lab import ADDRESS, SILENT
 from scenario import scenario
 from wire import ENDLESS, REQUEST, configuration, endpoint, someip, subscribe_entry
 
@@ -105,3 +105,19 @@ def subscribe_anew_as(address, port, rate, seconds):
 def value_again(world):
     world.honest("big_value", "calls_udp", "events_out")
     _bytes_at_victim(world, subscribe_anew_as, VICTIM, 6000, 20, 4, most=15_000_000, sent=80 * 100)
+
+
+def subscribe_in_turn(others, rate, seconds):
+    """As many silent hosts as somebody might remember, and the victim."""
+    attacker = Attacker()
+    for i in pace(rate, seconds):
+        address = SILENT[i % (others + 1)] if i % (others + 1) else VICTIM
+        entries = subscribe_entry(0x4005, ttl=3) + subscribe_entry(0x4005, ttl=0)
+        attacker.say_as(address, entries, endpoint(address, 6000), session=1 + i)
+    time.sleep(600)
+
+
+@scenario("value-in-turn", 9, "the same, 45 times, in turn for 129 silent hosts and the victim")
+def value_in_turn(world):
+    world.honest("big_value", "calls_udp", "events_out")
+    _bytes_at_victim(world, subscribe_in_turn, 129, 1000, 6, most=15_000_000, sent=45 * 140)
