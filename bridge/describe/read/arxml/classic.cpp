@@ -466,14 +466,25 @@ void Classic::read_identifier(const Node& identifier, Transport transport) {
   messages_[*id].push_back(std::move(message));
 }
 
-const Node* Classic::signal_of(const Message& message) const {
+const Node* Classic::signal_of(const Message& message) {
   const Node* signal = nullptr;
+  bool several = false;
+  const auto add = [&](const Node* found) {
+    several = several || (signal != nullptr && found != nullptr && found != signal);
+    signal = signal == nullptr ? found : signal;
+  };
   const auto whole = wholes_.find(message.pdu);
   const Node* const pdu = whole == wholes_.end() ? message.pdu : whole->second;
   for (const Tag list : {"I-SIGNAL-TO-PDU-MAPPINGS"_tag, "SIGNAL-TO-PDU-MAPPINGS"_tag}) {
-    each_in(pdu, list, "I-SIGNAL-TO-I-PDU-MAPPING"_tag, [&](const Node& mapping) {
-      signal = signal == nullptr ? tree_.follow(&mapping, "I-SIGNAL-REF"_tag) : signal;
-    });
+    each_in(pdu, list, "I-SIGNAL-TO-I-PDU-MAPPING"_tag,
+            [&](const Node& mapping) { add(tree_.follow(&mapping, "I-SIGNAL-REF"_tag)); });
+  }
+  if (several) {
+    problems_.warning_once("several signals " + Tree::path(pdu), pdu->place(),
+                           Tree::path(pdu) +
+                               " has several signals, each at its bits: that is no SOME/IP transformation, "
+                               "and its payload is not known");
+    return nullptr;
   }
   each_in(message.triggering, "I-SIGNAL-TRIGGERINGS"_tag, "I-SIGNAL-TRIGGERING-REF-CONDITIONAL"_tag,
           [&](const Node& conditional) {
@@ -481,6 +492,30 @@ const Node* Classic::signal_of(const Message& message) const {
             signal = signal == nullptr ? tree_.follow(triggering, "I-SIGNAL-REF"_tag) : signal;
           });
   return signal;
+}
+
+/// How often the PDU is sent, if that is said.
+std::optional<std::chrono::microseconds> Classic::cycle_of(const Message& message) {
+  const auto whole = wholes_.find(message.pdu);
+  const Node* const pdu = whole == wholes_.end() ? message.pdu : whole->second;
+  const Node* const timing =
+      pdu == nullptr ? nullptr : pdu->down("I-PDU-TIMING-SPECIFICATIONS"_tag, "I-PDU-TIMING"_tag);
+  const Node* const period =
+      timing == nullptr
+          ? nullptr
+          : timing->down("TRANSMISSION-MODE-DECLARATION"_tag, "TRANSMISSION-MODE-TRUE-TIMING"_tag,
+                         "CYCLIC-TIMING"_tag, "TIME-PERIOD"_tag, "VALUE"_tag);
+  if (period == nullptr) {
+    return std::nullopt;
+  }
+  const auto time = seconds(period->text);
+  if (!time) {
+    problems_.error(period->place(),
+                    "TIME-PERIOD is \"" + std::string{period->text} + "\", and seconds were expected");
+    return std::nullopt;
+  }
+  return time->count() == 0 ? std::nullopt
+                            : std::optional{std::chrono::round<std::chrono::microseconds>(*time)};
 }
 
 namespace {
@@ -598,7 +633,9 @@ void Classic::make_message(const Message& message) {
     const Node* const mapping = call != call_mappings_.end()       ? call->second
                                 : answer != return_mappings_.end() ? answer->second
                                                                    : nullptr;
-    make_method(here, message, signal, mapping,
+    // A trigger is sent as a request without answer, and so is a method without arguments.
+    const bool is_trigger = data != data_mappings_.end() && data->second->tag == "TRIGGER"_tag;
+    make_method(here, message, signal, mapping, is_trigger ? data->second : nullptr,
                 type == "RESPONSE" || (call == call_mappings_.end() && answer != return_mappings_.end()),
                 type == "REQUEST_NO_RETURN" || type == "REQUEST-NO-RETURN");
   }
@@ -637,6 +674,7 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   event.eventgroups = message.groups;
   event.transfer.transport = message.transport;
   add_transfer(message, event.transfer);
+  event.cycle = cycle_of(message);
   const Context context = context_of(signal);
   contexts_.fill(event.payload, context);
   if (prototype != nullptr) {
@@ -677,7 +715,7 @@ void Classic::add_transfer(const Message& message, Transfer& transfer) const {
 }
 
 void Classic::make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,
-                          bool is_answer, bool fire_and_forget) {
+                          const Node* trigger, bool is_answer, bool fire_and_forget) {
   const auto id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(message.id));
   const Node* const operation =
       mapping == nullptr
@@ -686,12 +724,16 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
   const auto [known, is_new] =
       methods_.try_emplace({here.id.value_or(someip::ServiceId{}), id}, here.methods.size());
   if (is_new) {
-    here.methods.push_back({.name = name_of(operation, signal, message.pdu, message.id), .id = id});
+    here.methods.push_back(
+        {.name = name_of(operation == nullptr ? trigger : operation, signal, message.pdu, message.id),
+         .id = id});
   }
   Method* const method = &here.methods[known->second];
   if (is_new) {
     method->place = message.identifier->place();
-    if (operation == nullptr) {
+    if (operation == nullptr && trigger != nullptr) {
+      method->notes = notes_beside(*trigger);
+    } else if (operation == nullptr) {
       method->request.known = false;
       method->response.known = false;
       problems_.warning(method->place, "of " + here.name + "." + method->name + " (" + hex(message.id, 8) +

@@ -50,10 +50,12 @@ class Classic {
   void make_message(const Message& message);
   void make_event(Service& here, const Message& message, const Node* signal, const Node* prototype);
   void make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,
-                   bool is_answer, bool fire_and_forget);
+                   const Node* trigger, bool is_answer, bool fire_and_forget);
   void add_transfer(const Message& message, Transfer& transfer) const;
   [[nodiscard]] Protection protection(const Node* signal);
-  [[nodiscard]] const Node* signal_of(const Message& message) const;
+  /// Of a PDU with one signal, as SOME/IP transformation makes them.
+  [[nodiscard]] const Node* signal_of(const Message& message);
+  [[nodiscard]] std::optional<std::chrono::microseconds> cycle_of(const Message& message);
   [[nodiscard]] const Node* rules_node(const Node* signal) const;
   [[nodiscard]] const Node* description(const Node* signal, const Node* properties, Tag tag) const;
   [[nodiscard]] Context context_of(const Node* signal);

@@ -72,6 +72,7 @@ void read_version_rules(const Node& node, Instance& instance, Problems& problems
 
 void read_subscription(const Tree& tree, const Node& group, Instance& instance, Problems& problems) {
   const Node* timing = tree.follow(&group, "SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF"_tag);
+  timing = timing == nullptr ? group.child("SD-CLIENT-EVENT-TIMING-CONFIG"_tag) : timing;
   each_in(&group, "SD-CLIENT-TIMER-CONFIGS"_tag,
           "SOMEIP-SD-CLIENT-EVENT-GROUP-TIMING-CONFIG-REF-CONDITIONAL"_tag, [&](const Node& conditional) {
             const Node* const found =
@@ -299,7 +300,14 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
       }
     }
   }
-  const Node* const minor = node.child("REQUIRED-MINOR-VERSION"_tag);
+  const Node* minor = node.child("REQUIRED-MINOR-VERSION"_tag);
+  if (const Node* const version = node.child("REQUIRED-SERVICE-VERSION"_tag); version != nullptr) {
+    // Until R18.
+    if (const auto major = number_in(version->child("MAJOR-VERSION"_tag), 0, 0xff, problems_)) {
+      instance.major = static_cast<std::uint8_t>(*major);
+    }
+    minor = minor == nullptr ? version->child("MINOR-VERSION"_tag) : minor;
+  }
   if (minor != nullptr && minor->text != "ANY") {
     instance.minor = number_in(minor, 0, 0xffff'ffff, problems_);
   }

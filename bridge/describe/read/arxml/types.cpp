@@ -450,6 +450,7 @@ Value Types::build_implementation(const Node& node, const Frame& frame) {
     return build_string(node, frame);
   }
   const Node* const properties = properties_of(node);
+  const Node* const base = properties == nullptr ? nullptr : properties->child("BASE-TYPE-REF"_tag);
   const Node* reference =
       properties == nullptr ? nullptr : properties->child("IMPLEMENTATION-DATA-TYPE-REF"_tag);
   for (const Node* const holder : {&node, node.child("TYPE-REFERENCE"_tag)}) {
@@ -460,7 +461,7 @@ Value Types::build_implementation(const Node& node, const Frame& frame) {
     }
   }
   if (category == "TYPE_REFERENCE" || category == "TYPE_REF" ||
-      (reference != nullptr && category != "VALUE")) {
+      (reference != nullptr && (category != "VALUE" || base == nullptr))) {
     return build_reference(node, reference, frame);
   }
   if (category != "VALUE" && category != "BOOLEAN" && !category.empty()) {
@@ -563,10 +564,12 @@ std::optional<Primitive> Types::base_type(const Node* base) {
   }
   const std::optional<std::int64_t> bits = integer(base->child_text("BASE-TYPE-SIZE"_tag));
   const std::string_view encoding = base->child_text("BASE-TYPE-ENCODING"_tag);
-  if (!bits) {
-    const std::string_view native = base->child_text("NATIVE-DECLARATION"_tag);
-    const auto by_native = standard_primitive(native);
-    return by_native ? by_native : standard_primitive(base->name);
+  // Without an encoding, the type of C or the name tells what the bits are.
+  const std::string_view native = base->child_text("NATIVE-DECLARATION"_tag);
+  auto by_name = standard_primitive(native);
+  by_name = by_name ? by_name : standard_primitive(base->name);
+  if (!bits || (encoding.empty() && by_name && *bits == 8 * messages::width(*by_name))) {
+    return by_name;
   }
   if (encoding.starts_with("UTF") || encoding.starts_with("ISO") || encoding == "UCS-2") {
     return *bits > 8 ? Primitive::uint16 : Primitive::uint8;
@@ -582,7 +585,9 @@ std::optional<Primitive> Types::base_type(const Node* base) {
                            "the base type " + Tree::path(base) + " has " + std::to_string(*bits) +
                                " bits: SOME/IP carries it in the next larger type of 8, 16, 32 or 64");
   }
-  const bool is_signed = encoding == "2C" || encoding == "1C" || encoding == "SM";
+  const bool is_signed = encoding == "2C" || encoding == "1C" || encoding == "SM" ||
+                         (encoding.empty() && (native.starts_with("signed") || native.starts_with("int") ||
+                                               native.starts_with("short") || native.starts_with("long")));
   if (*bits <= 8) {
     return is_signed ? Primitive::int8 : Primitive::uint8;
   }

@@ -373,6 +373,42 @@ TEST(ReadArxml, ReadsReferencesThatStandInAnElement) {
   EXPECT_EQ(field_type(reading, 1), "structure Both");
 }
 
+TEST(ReadArxml, TakesTheTypeOfCWhereABaseTypeHasNoEncoding) {
+  const auto base = [](std::string_view name, std::string_view bits, std::string_view native) {
+    return "<SW-BASE-TYPE><SHORT-NAME>" + std::string{name} + "Base</SHORT-NAME><BASE-TYPE-SIZE>" +
+           std::string{bits} + "</BASE-TYPE-SIZE><NATIVE-DECLARATION>" + std::string{native} +
+           "</NATIVE-DECLARATION></SW-BASE-TYPE><IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
+           props("<BASE-TYPE-REF DEST=\"X\">/P/" + std::string{name} + "Base</BASE-TYPE-REF>") +
+           "</IMPLEMENTATION-DATA-TYPE>";
+  };
+  const Reading reading = read_texts({arxml(base("A", "16", "signed short") + base("B", "32", "float") +
+                                            base("C", "8", "int8_t") + base("D", "16", "unsigned short") +
+                                            service("<EVENTS>" + event("a", "/P/A") + event("b", "/P/B") +
+                                                    event("c", "/P/C") + event("d", "/P/D") + "</EVENTS>"))});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const auto primitive = [&](std::size_t index) {
+    const Model& model = reading.model;
+    return resolved(model, model.services.at(0).events.at(index).payload.values.at(0).type).primitive;
+  };
+  EXPECT_EQ(primitive(0), messages::Primitive::int16);
+  EXPECT_EQ(primitive(1), messages::Primitive::float32);
+  EXPECT_EQ(primitive(2), messages::Primitive::int8);
+  EXPECT_EQ(primitive(3), messages::Primitive::uint16);
+}
+
+TEST(ReadArxml, FollowsTheReferenceOfAValueWithoutABaseType) {
+  const Reading reading = read_texts(
+      {arxml("<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Speed</SHORT-NAME><CATEGORY>VALUE</CATEGORY>"
+             "<TYPE-REFERENCE-REF DEST=\"X\">/AUTOSAR/StdTypes/uint32_t</TYPE-REFERENCE-REF>"
+             "</STD-CPP-IMPLEMENTATION-DATA-TYPE>" +
+             service("<EVENTS>" + event("a", "/P/Speed") + "</EVENTS>"))});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Model& model = reading.model;
+  EXPECT_EQ(resolved(model, model.services.at(0).events.at(0).payload.values.at(0).type).primitive,
+            messages::Primitive::uint32);
+}
+
 TEST(ReadArxml, ReadsTagsOptionalMembersAndRulesForOneMember) {
   const std::string struct_type =
       "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>List</SHORT-NAME><CATEGORY>VECTOR</CATEGORY><SUB-ELEMENTS>" +
@@ -561,6 +597,28 @@ TEST(ReadArxml, ReadsWhatAClientAsksOfVersionsAndSubscriptions) {
   EXPECT_THAT(problems_of(reading), HasSubstr("BLOCKLISTED-VERSIONS of /P/Least is not carried"));
 }
 
+TEST(ReadArxml, ReadsTheVersionAndSubscriptionsOfOldRequiredInstances) {
+  const Reading reading = read_texts({arxml(
+      service("") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Door</SERVICE-INTERFACE-REF><EVENT-GROUPS><SOMEIP-EVENT-GROUP><SHORT-NAME>G</SHORT-NAME>"
+      "<EVENT-GROUP-ID>1</EVENT-GROUP-ID></SOMEIP-EVENT-GROUP></EVENT-GROUPS>"
+      "<SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>"
+      "<REQUIRED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Old</SHORT-NAME><SERVICE-INTERFACE-DEPLOYMENT-REF "
+      "DEST=\"X\">/P/Dep</SERVICE-INTERFACE-DEPLOYMENT-REF><REQUIRED-EVENT-GROUPS>"
+      "<SOMEIP-REQUIRED-EVENT-GROUP><SHORT-NAME>r</SHORT-NAME><EVENT-GROUP-REF DEST=\"X\">/P/Dep/G"
+      "</EVENT-GROUP-REF><SD-CLIENT-EVENT-TIMING-CONFIG><TIME-TO-LIVE>9</TIME-TO-LIVE>"
+      "</SD-CLIENT-EVENT-TIMING-CONFIG></SOMEIP-REQUIRED-EVENT-GROUP></REQUIRED-EVENT-GROUPS>"
+      "<REQUIRED-SERVICE-VERSION><MAJOR-VERSION>3</MAJOR-VERSION><MINOR-VERSION>4</MINOR-VERSION>"
+      "</REQUIRED-SERVICE-VERSION></REQUIRED-SOMEIP-SERVICE-INSTANCE>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Instance& old = reading.model.instances.at(0);
+  EXPECT_EQ(old.major, 3);
+  EXPECT_EQ(old.minor, 4U);
+  ASSERT_TRUE(old.timing.has_value());
+  EXPECT_EQ(old.timing->ttl_s, 9U);
+}
+
 TEST(ReadArxml, TellsOnceWhichPartsItDoesNotRead) {
   const auto event_deployment = [](std::string_view name) {
     return "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>" + std::string{name} +
@@ -743,8 +801,9 @@ TEST(ReadArxml, ReadsSocketConnectionsWithoutABundle) {
   EXPECT_EQ(nav.methods[0].request_transfer.transport, Transport::tcp);
 }
 
-TEST(ReadArxml, ReadsTriggersOfClassicAsEventsWithoutData) {
-  const std::string text = replaced(
+/// classic(), with a trigger in place of the data element.
+std::string with_trigger() {
+  return replaced(
       replaced(
           classic(),
           "<SENDER-RECEIVER-TO-SIGNAL-MAPPING><DATA-ELEMENT-IREF><TARGET-DATA-PROTOTYPE-REF DEST=\"X\">"
@@ -756,7 +815,10 @@ TEST(ReadArxml, ReadsTriggersOfClassicAsEventsWithoutData) {
       "<CLIENT-SERVER-INTERFACE>",
       "<TRIGGER-INTERFACE><SHORT-NAME>Ti</SHORT-NAME><TRIGGERS><TRIGGER><SHORT-NAME>Fire</SHORT-NAME>"
       "</TRIGGER></TRIGGERS></TRIGGER-INTERFACE><CLIENT-SERVER-INTERFACE>");
-  const Reading reading = read_texts({text});
+}
+
+TEST(ReadArxml, ReadsTriggersOfClassicAsEventsWithoutData) {
+  const Reading reading = read_texts({with_trigger()});
   EXPECT_THAT(problems_of(reading), IsEmpty());
   ASSERT_EQ(reading.model.services.size(), 1U);
   ASSERT_EQ(reading.model.services[0].events.size(), 1U);
@@ -764,6 +826,43 @@ TEST(ReadArxml, ReadsTriggersOfClassicAsEventsWithoutData) {
   EXPECT_EQ(fire.name, "Fire");
   EXPECT_TRUE(fire.payload.known);
   EXPECT_THAT(fire.payload.values, IsEmpty());
+}
+
+TEST(ReadArxml, ReadsTriggersThatAreSentAsRequestsAsMethods) {
+  const Reading reading = read_texts({replaced(with_trigger(), "<MESSAGE-TYPE>NOTIFICATION</MESSAGE-TYPE>",
+                                               "<MESSAGE-TYPE>REQUEST_NO_RETURN</MESSAGE-TYPE>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  EXPECT_THAT(reading.model.services[0].events, IsEmpty());
+  ASSERT_EQ(reading.model.services[0].methods.size(), 2U);
+  const Method& fire = reading.model.services[0].methods[0];
+  EXPECT_EQ(fire.name, "Fire");
+  EXPECT_TRUE(fire.fire_and_forget);
+  EXPECT_TRUE(fire.request.known);
+  EXPECT_THAT(fire.request.values, IsEmpty());
+}
+
+TEST(ReadArxml, ReadsHowOftenAPduIsSent) {
+  const Reading reading = read_texts(
+      {replaced(classic(), "<SHORT-NAME>D1</SHORT-NAME><LENGTH>2</LENGTH>",
+                "<SHORT-NAME>D1</SHORT-NAME><LENGTH>2</LENGTH><I-PDU-TIMING-SPECIFICATIONS><I-PDU-TIMING>"
+                "<TRANSMISSION-MODE-DECLARATION><TRANSMISSION-MODE-TRUE-TIMING><CYCLIC-TIMING><TIME-PERIOD>"
+                "<VALUE>0.02</VALUE></TIME-PERIOD></CYCLIC-TIMING></TRANSMISSION-MODE-TRUE-TIMING>"
+                "</TRANSMISSION-MODE-DECLARATION></I-PDU-TIMING></I-PDU-TIMING-SPECIFICATIONS>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  EXPECT_EQ(reading.model.services.at(0).events.at(0).cycle, 20ms);
+}
+
+TEST(ReadArxml, DoesNotTakeTheFirstOfSeveralSignalsForTheWholePayload) {
+  const Reading reading = read_texts(
+      {replaced(classic(), "<I-SIGNAL-REF DEST=\"X\">/P/I1</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING>",
+                "<I-SIGNAL-REF DEST=\"X\">/P/I1</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING>"
+                "<I-SIGNAL-TO-I-PDU-MAPPING><SHORT-NAME>n</SHORT-NAME><I-SIGNAL-REF DEST=\"X\">/P/I2"
+                "</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING>")});
+  EXPECT_THAT(problems_of(reading), HasSubstr("/P/D1 has several signals"));
+  const Event& event = reading.model.services.at(0).events.at(0);
+  EXPECT_FALSE(event.payload.known);
+  EXPECT_THAT(event.payload.values, IsEmpty());
 }
 
 // --- what is wrong ----------------------------------------------------------------------------------------
