@@ -50,6 +50,7 @@ class Adaptive {
   void read_machines();
   void read_instance(const Node& node, Instance::Role role);
   void read_places();
+  [[nodiscard]] std::optional<Endpoint> multicast_group(const Node* text, const Node& beside);
   [[nodiscard]] std::optional<std::uint16_t> port(const Node& mapping, Tag direct, Tag reference, Tag tp,
                                                   Tag tp_port);
 
@@ -62,6 +63,7 @@ class Adaptive {
   std::map<const Node*, const Node*> protections_{};  ///< by event, field or method, or its deployment
   std::map<const Node*, Deployed> deployed_{};
   std::map<const Node*, std::size_t> instances_{};
+  std::map<const Node*, std::vector<Multicast>> groups_without_address_{};  ///< by instance
 };
 
 /// The number from `least` to `most` in the text of `node`; nothing, and an error, when it is none. Nothing

@@ -232,7 +232,14 @@ namespace {
 }  // namespace
 
 void Adaptive::read_machines() {
-  for (const Node* const node : tree_.all("MACHINE-DESIGN"_tag)) {
+  std::vector<const Node*> machines = tree_.all("MACHINE-DESIGN"_tag);
+  for (const Node* const node : tree_.all("MACHINE"_tag)) {
+    // Until R18 there is no design beside it.
+    if (node->child("COMMUNICATION-CONNECTORS"_tag) != nullptr) {
+      machines.push_back(node);
+    }
+  }
+  for (const Node* const node : machines) {
     Machine machine{.name = std::string{node->name}, .place = node->place()};
     each_in(node, "COMMUNICATION-CONNECTORS"_tag, "ETHERNET-COMMUNICATION-CONNECTOR"_tag,
             [&](const Node& connector) {
@@ -258,13 +265,23 @@ void Adaptive::read_machines() {
 
 void Adaptive::read_instance(const Node& node, Instance::Role role) {
   Instance instance{.role = role, .name = std::string{node.name}, .place = node.place()};
-  const Node* const reference = node.child("SERVICE-INTERFACE-DEPLOYMENT-REF"_tag);
-  if (const Node* const deployment = reference == nullptr ? nullptr : tree_.resolve(*reference);
-      deployment != nullptr) {
-    const auto found = deployed_.find(deployment);
+  const Node* reference = node.child("SERVICE-INTERFACE-DEPLOYMENT-REF"_tag);
+  // Until R19 the reference has the name of another one, to the interface itself.
+  reference = reference == nullptr ? node.child("SERVICE-INTERFACE-REF"_tag) : reference;
+  if (const Node* const target = reference == nullptr ? nullptr : tree_.resolve(*reference);
+      target != nullptr) {
+    const auto found = deployed_.find(target);
+    const Service* const service = model_.service(full_name(Tree::scope(*target), target->name));
     if (found != deployed_.end()) {
       instance.service = found->second.service;
       instance.service_id = found->second.id;
+    } else if (target->tag == "SERVICE-INTERFACE"_tag && service != nullptr) {
+      instance.service = full_name(service->scope, service->name);
+      instance.service_id = service->id;
+    } else {
+      problems_.warning(reference->place(), Tree::path(target) + " is a " +
+                                                std::string{to_string(target->tag)} +
+                                                ", and a SOMEIP-SERVICE-INTERFACE-DEPLOYMENT was expected");
     }
   } else if (reference != nullptr) {
     problems_.warning(reference->place(),
@@ -289,6 +306,11 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
         instance.service = full_name(service.scope, service.name);
       }
     }
+  }
+  if (reference == nullptr && !instance.service_id) {
+    problems_.warning(node.place(), Tree::path(&node) +
+                                        " names no deployment: of which service it is an "
+                                        "instance is not known");
   }
   const Node* id = node.child("SERVICE-INSTANCE-ID"_tag);
   id = id == nullptr ? node.child("REQUIRED-SERVICE-INSTANCE-ID"_tag) : id;
@@ -325,6 +347,9 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
   instance.priority = small("LOAD-BALANCING-PRIORITY"_tag);
   instance.weight = small("LOAD-BALANCING-WEIGHT"_tag);
   instance.configuration = records_of(node);
+  if (config != nullptr && instance.configuration.empty()) {
+    instance.configuration = records_of(*config);  // until R19
+  }
   const auto group_id = [&](const Node& group) -> std::optional<someip::EventgroupId> {
     const Node* const target = tree_.follow(&group, "EVENT-GROUP-REF"_tag);
     const Node* const number = (target == nullptr ? group : *target).child("EVENT-GROUP-ID"_tag);
@@ -338,20 +363,18 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
   each_in(&node, "PROVIDED-EVENT-GROUPS"_tag, "SOMEIP-PROVIDED-EVENT-GROUP"_tag, [&](const Node& group) {
     const Node* text = group.child("IPV-4-MULTICAST-IP-ADDRESS"_tag);
     text = text == nullptr ? group.child("IPV-6-MULTICAST-IP-ADDRESS"_tag) : text;
-    if (text == nullptr) {
+    const auto threshold = number_in(group.child("MULTICAST-THRESHOLD"_tag), 0, 0xffff, problems_);
+    const auto group_number = group_id(group);
+    if (!group_number) {
       return;
     }
-    const auto group_number = group_id(group);
-    const auto to = address(text->text);
-    const auto number = number_in(group.child("EVENT-MULTICAST-UDP-PORT"_tag), 1, 0xffff, problems_);
-    if (!to || !to->is_multicast()) {
-      problems_.error(text->place(), "\"" + std::string{text->text} + "\" is no multicast address");
-    } else if (group_number) {
-      // Without a threshold the group would never be used: then a second subscriber is enough.
-      const auto threshold = number_in(group.child("MULTICAST-THRESHOLD"_tag), 0, 0xffff, problems_);
-      instance.multicast.push_back({.eventgroup = *group_number,
-                                    .group = {*to, static_cast<std::uint16_t>(number.value_or(0))},
-                                    .threshold = threshold.value_or(2)});
+    // Without a threshold the group would never be used: then a second subscriber is enough.
+    Multicast multicast{.eventgroup = *group_number, .threshold = threshold.value_or(2)};
+    if (text == nullptr) {
+      groups_without_address_[&node].push_back(multicast);
+    } else if (const auto to = multicast_group(text, group); to) {
+      multicast.group = *to;
+      instance.multicast.push_back(multicast);
     }
   });
   each_in(&node, "REQUIRED-EVENT-GROUPS"_tag, "SOMEIP-REQUIRED-EVENT-GROUP"_tag, [&](const Node& group) {
@@ -376,11 +399,27 @@ std::optional<std::uint16_t> Adaptive::port(const Node& mapping, Tag direct, Tag
   return value && *value != 0 ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
 }
 
+/// Where a group is, of an address and the port beside it.
+std::optional<Endpoint> Adaptive::multicast_group(const Node* text, const Node& beside) {
+  const auto to = address(text->text);
+  const auto port = number_in(beside.child("EVENT-MULTICAST-UDP-PORT"_tag), 1, 0xffff, problems_);
+  if (!to || !to->is_multicast()) {
+    problems_.error(text->place(), "\"" + std::string{text->text} + "\" is no multicast address");
+    return std::nullopt;
+  }
+  return Endpoint{*to, static_cast<std::uint16_t>(port.value_or(0))};
+}
+
 void Adaptive::read_places() {
   for (const Node* const mapping : tree_.all("SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING"_tag)) {
     const Node* const connector = tree_.follow(mapping, "COMMUNICATION-CONNECTOR-REF"_tag);
     const auto host = address_of(endpoint_of(tree_, connector), problems_);
-    const Node* const machine = connector == nullptr ? nullptr : connector->above("MACHINE-DESIGN"_tag);
+    const Node* machine = connector == nullptr ? nullptr : connector->above("MACHINE-DESIGN"_tag);
+    machine = machine == nullptr && connector != nullptr ? connector->above("MACHINE"_tag) : machine;
+    // Until R19 all groups of an instance are at the address that stands here.
+    const Node* group_text = mapping->child("IPV-4-MULTICAST-IP-ADDRESS"_tag);
+    group_text = group_text == nullptr ? mapping->child("IPV-6-MULTICAST-IP-ADDRESS"_tag) : group_text;
+    const auto group = group_text == nullptr ? std::nullopt : multicast_group(group_text, *mapping);
     const auto udp = port(*mapping, "UDP-PORT"_tag, "UDP-PORT-REF"_tag, "UDP-TP"_tag, "UDP-TP-PORT"_tag);
     const auto tcp = port(*mapping, "TCP-PORT"_tag, "TCP-PORT-REF"_tag, "TCP-TP"_tag, "TCP-TP-PORT"_tag);
     const auto place = [&](const Node& reference) {
@@ -396,6 +435,13 @@ void Adaptive::read_places() {
       instance.tcp_port = tcp ? tcp : instance.tcp_port;
       if (machine != nullptr) {
         instance.machine = machine->name;
+      }
+      const auto groups = groups_without_address_.find(found->first);
+      if (group && groups != groups_without_address_.end()) {
+        for (Multicast multicast : std::exchange(groups->second, {})) {
+          multicast.group = *group;
+          instance.multicast.push_back(multicast);
+        }
       }
     };
     each_in(mapping, "SERVICE-INSTANCE-REFS"_tag, "SERVICE-INSTANCE-REF"_tag, place);

@@ -229,6 +229,7 @@ inline constexpr auto vocabulary = std::to_array<std::string_view>({
     std::string_view{"LOCAL-PORT-REF"},
     std::string_view{"LOCAL-UNICAST-ADDRESSS"},
     std::string_view{"LOWER-LIMIT"},
+    std::string_view{"MACHINE"},
     std::string_view{"MACHINE-DESIGN"},
     std::string_view{"MAJOR-VERSION"},
     std::string_view{"MAPPINGS"},

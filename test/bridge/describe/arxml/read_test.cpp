@@ -619,6 +619,67 @@ TEST(ReadArxml, ReadsTheVersionAndSubscriptionsOfOldRequiredInstances) {
   EXPECT_EQ(old.timing->ttl_s, 9U);
 }
 
+TEST(ReadArxml, ReadsInstancesOfTheFirstReleases) {
+  // R17-10: the reference to the deployment has another name, groups are at the mapping, machines are whole.
+  const std::string text = arxml(
+      service("") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Door</SERVICE-INTERFACE-REF><EVENT-GROUPS><SOMEIP-EVENT-GROUP><SHORT-NAME>G</SHORT-NAME>"
+      "<EVENT-GROUP-ID>1</EVENT-GROUP-ID></SOMEIP-EVENT-GROUP></EVENT-GROUPS>"
+      "<SERVICE-INTERFACE-ID>0x1234</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>"
+      "<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Left</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Dep</SERVICE-INTERFACE-REF><PROVIDED-EVENT-GROUPS><SOMEIP-PROVIDED-EVENT-GROUP><SHORT-NAME>g"
+      "</SHORT-NAME><EVENT-GROUP-REF DEST=\"X\">/P/Dep/G</EVENT-GROUP-REF><MULTICAST-THRESHOLD>3"
+      "</MULTICAST-THRESHOLD></SOMEIP-PROVIDED-EVENT-GROUP></PROVIDED-EVENT-GROUPS><SD-SERVER-CONFIG>"
+      "<CAPABILITY-RECORDS><TAG-WITH-OPTIONAL-VALUE><KEY>side</KEY><VALUE>left</VALUE>"
+      "</TAG-WITH-OPTIONAL-VALUE></CAPABILITY-RECORDS></SD-SERVER-CONFIG>"
+      "<SERVICE-INSTANCE-ID>7</SERVICE-INSTANCE-ID></PROVIDED-SOMEIP-SERVICE-INSTANCE>"
+      "<REQUIRED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Any</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Door</SERVICE-INTERFACE-REF></REQUIRED-SOMEIP-SERVICE-INSTANCE>"
+      "<MACHINE><SHORT-NAME>Ecu</SHORT-NAME><COMMUNICATION-CONNECTORS><ETHERNET-COMMUNICATION-CONNECTOR>"
+      "<SHORT-NAME>Eth</SHORT-NAME><UNICAST-NETWORK-ENDPOINT-REF DEST=\"X\">/P/Net/Ch/A"
+      "</UNICAST-NETWORK-ENDPOINT-REF></ETHERNET-COMMUNICATION-CONNECTOR></COMMUNICATION-CONNECTORS></"
+      "MACHINE>"
+      "<ETHERNET-CLUSTER><SHORT-NAME>Net</SHORT-NAME><ETHERNET-CLUSTER-VARIANTS>"
+      "<ETHERNET-CLUSTER-CONDITIONAL><PHYSICAL-CHANNELS><ETHERNET-PHYSICAL-CHANNEL><SHORT-NAME>Ch"
+      "</SHORT-NAME><NETWORK-ENDPOINTS><NETWORK-ENDPOINT><SHORT-NAME>A</SHORT-NAME>"
+      "<NETWORK-ENDPOINT-ADDRESSES><IPV-4-CONFIGURATION><IPV-4-ADDRESS>10.0.0.1</IPV-4-ADDRESS>"
+      "</IPV-4-CONFIGURATION></NETWORK-ENDPOINT-ADDRESSES></NETWORK-ENDPOINT></NETWORK-ENDPOINTS>"
+      "</ETHERNET-PHYSICAL-CHANNEL></PHYSICAL-CHANNELS></ETHERNET-CLUSTER-CONDITIONAL>"
+      "</ETHERNET-CLUSTER-VARIANTS></ETHERNET-CLUSTER>"
+      "<SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING><SHORT-NAME>M</SHORT-NAME>"
+      "<COMMUNICATION-CONNECTOR-REF DEST=\"X\">/P/Ecu/Eth</COMMUNICATION-CONNECTOR-REF>"
+      "<SERVICE-INSTANCE-REF DEST=\"X\">/P/Left</SERVICE-INSTANCE-REF>"
+      "<EVENT-MULTICAST-UDP-PORT>30600</EVENT-MULTICAST-UDP-PORT>"
+      "<IPV-4-MULTICAST-IP-ADDRESS>239.0.0.9</IPV-4-MULTICAST-IP-ADDRESS><UDP-PORT>30501</UDP-PORT>"
+      "</SOMEIP-SERVICE-INSTANCE-TO-MACHINE-MAPPING>");
+  const Reading reading = read_texts({text});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.instances.size(), 2U);
+  const Instance& left = reading.model.instances[0];
+  EXPECT_EQ(left.service, "/P/Door");
+  EXPECT_EQ(left.service_id, someip::ServiceId{0x1234});
+  EXPECT_EQ(left.machine, "Ecu");
+  EXPECT_EQ(left.address, IpAddress::v4(10, 0, 0, 1));
+  EXPECT_EQ(left.configuration.at("side"), "left");
+  EXPECT_THAT(left.multicast, ElementsAre(Multicast{.eventgroup = someip::EventgroupId{1},
+                                                    .group = {IpAddress::v4(239, 0, 0, 9), 30600},
+                                                    .threshold = 3}));
+  EXPECT_EQ(reading.model.instances[1].service, "/P/Door");
+  ASSERT_EQ(reading.model.machines.size(), 1U);
+  EXPECT_EQ(reading.model.machines[0].address, IpAddress::v4(10, 0, 0, 1));
+}
+
+TEST(ReadArxml, WarnsOfInstancesOfNoService) {
+  const Reading reading = read_texts(
+      {arxml("<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>A</SHORT-NAME></PROVIDED-SOMEIP-SERVICE-INSTANCE>"
+             "<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>B</SHORT-NAME><SERVICE-INTERFACE-DEPLOYMENT-REF "
+             "DEST=\"X\">/P/A</SERVICE-INTERFACE-DEPLOYMENT-REF></PROVIDED-SOMEIP-SERVICE-INSTANCE>")});
+  EXPECT_THAT(problems_of(reading), HasSubstr("/P/A names no deployment"));
+  EXPECT_THAT(problems_of(reading), HasSubstr("/P/A is a PROVIDED-SOMEIP-SERVICE-INSTANCE, and a "
+                                              "SOMEIP-SERVICE-INTERFACE-DEPLOYMENT was expected"));
+}
+
 TEST(ReadArxml, TellsOnceWhichPartsItDoesNotRead) {
   const auto event_deployment = [](std::string_view name) {
     return "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>" + std::string{name} +
