@@ -399,9 +399,18 @@ void Classic::read_messages() {
           }
         });
   }
+  // Connections that are made when somebody subscribes stand nowhere: which refer to a PDU tells.
+  for (const Node* const group : tree_.all("PDU-ACTIVATION-ROUTING-GROUP"_tag)) {
+    each_in(group, "I-PDU-IDENTIFIER-UDP-REFS"_tag, "I-PDU-IDENTIFIER-UDP-REF"_tag,
+            [&](const Node& reference) { transports.try_emplace(tree_.resolve(reference), Transport::udp); });
+  }
+  for (const Node* const group : tree_.all("PDU-ACTIVATION-ROUTING-GROUP"_tag)) {
+    each_in(group, "I-PDU-IDENTIFIER-TCP-REFS"_tag, "I-PDU-IDENTIFIER-TCP-REF"_tag,
+            [&](const Node& reference) { transports.try_emplace(tree_.resolve(reference), Transport::tcp); });
+  }
   for (const Node* const identifier : tree_.all("SO-CON-I-PDU-IDENTIFIER"_tag)) {
     const auto found = transports.find(identifier);
-    read_identifier(*identifier, found == transports.end() ? Transport::udp : found->second);
+    read_identifier(*identifier, found == transports.end() ? std::nullopt : std::optional{found->second});
   }
   for (const Node* const bundle : tree_.all("SOCKET-CONNECTION-BUNDLE"_tag)) {
     const Node* const server = tree_.follow(bundle, "SERVER-PORT-REF"_tag);
@@ -431,7 +440,21 @@ void Classic::read_messages() {
   }
 }
 
-void Classic::read_identifier(const Node& identifier, Transport transport) {
+std::chrono::microseconds Classic::retention_of(const Node& identifier) {
+  const Node* const timeout = identifier.child("PDU-COLLECTION-PDU-TIMEOUT"_tag);
+  if (timeout == nullptr || identifier.child_text("PDU-COLLECTION-TRIGGER"_tag) == "ALWAYS") {
+    return {};
+  }
+  const auto time = seconds(timeout->text);
+  if (!time) {
+    problems_.error(timeout->place(), "PDU-COLLECTION-PDU-TIMEOUT is \"" + std::string{timeout->text} +
+                                          "\", and seconds were expected");
+    return {};
+  }
+  return std::chrono::round<std::chrono::microseconds>(*time);
+}
+
+void Classic::read_identifier(const Node& identifier, std::optional<Transport> transport) {
   const auto id = number_in(identifier.child("HEADER-ID"_tag), 0, 0xffff'ffff, problems_);
   if (!id || *id == sd_message) {
     return;
@@ -441,7 +464,8 @@ void Classic::read_identifier(const Node& identifier, Transport transport) {
                   .pdu = pdu_of(triggering),
                   .triggering = triggering,
                   .identifier = &identifier,
-                  .transport = transport};
+                  .transport = transport,
+                  .retention = retention_of(identifier)};
   message.pdu = message.pdu == nullptr ? tree_.follow(&identifier, "PDU-REF"_tag) : message.pdu;
   if (const auto found = identifier_ids_.find(&identifier); found != identifier_ids_.end()) {
     message.groups = found->second;
@@ -457,6 +481,8 @@ void Classic::read_identifier(const Node& identifier, Transport transport) {
   // The same PDU goes to several clients.
   for (Message& other : messages_[*id]) {
     if (other.pdu == message.pdu) {
+      other.transport = other.transport ? other.transport : message.transport;
+      other.retention = std::max(other.retention, message.retention);
       for (const someip::EventgroupId group : message.groups) {
         add_once(other.groups, group);
       }
@@ -672,7 +698,6 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   event_names_.emplace(service_id, event.name);
   event.place = message.identifier->place();
   event.eventgroups = message.groups;
-  event.transfer.transport = message.transport;
   add_transfer(message, event.transfer);
   event.cycle = cycle_of(message);
   const Context context = context_of(signal);
@@ -707,6 +732,8 @@ Protection Classic::protection(const Node* signal) {
 }
 
 void Classic::add_transfer(const Message& message, Transfer& transfer) const {
+  transfer.transport = message.transport.value_or(Transport::udp);
+  transfer.retention = message.retention;
   const auto found = transfers_.find(message.pdu);
   if (found != transfers_.end()) {
     transfer.segment_bytes = found->second.segment_bytes;
@@ -747,7 +774,6 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
         fire_and_forget || (mapping != nullptr && mapping->child("RETURN-SIGNAL-REF"_tag) == nullptr);
   }
   Transfer& transfer = is_answer ? method->response_transfer : method->request_transfer;
-  transfer.transport = message.transport;
   add_transfer(message, transfer);
   Payload& payload = is_answer ? method->response : method->request;
   if (!payload.values.empty() || operation == nullptr) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <chrono>
 #include <map>
 #include <optional>
 #include <set>
@@ -33,10 +34,11 @@ class Classic {
   /// A PDU with its HEADER-ID.
   struct Message {
     std::uint32_t id = 0;
-    const Node* pdu = nullptr;         ///< I-PDU, or nothing
-    const Node* triggering = nullptr;  ///< PDU-TRIGGERING
-    const Node* identifier = nullptr;  ///< what has the HEADER-ID
-    Transport transport = Transport::udp;
+    const Node* pdu = nullptr;               ///< I-PDU, or nothing
+    const Node* triggering = nullptr;        ///< PDU-TRIGGERING
+    const Node* identifier = nullptr;        ///< what has the HEADER-ID
+    std::optional<Transport> transport{};    ///< nothing: nobody says
+    std::chrono::microseconds retention{0};  ///< how long it may be collected with others
     std::vector<someip::EventgroupId> groups{};
   };
 
@@ -46,7 +48,8 @@ class Classic {
   void read_segmentation();
   void read_signal_mappings();
   void read_messages();
-  void read_identifier(const Node& identifier, Transport transport);
+  void read_identifier(const Node& identifier, std::optional<Transport> transport);
+  [[nodiscard]] std::chrono::microseconds retention_of(const Node& identifier);
   void make_message(const Message& message);
   void make_event(Service& here, const Message& message, const Node* signal, const Node* prototype);
   void make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,

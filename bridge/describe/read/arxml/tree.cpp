@@ -85,7 +85,6 @@ constexpr std::array other_matters{
     std::string_view{"INTRODUCTION"},
     std::string_view{"IS-SERVICE"},
     std::string_view{"LONG-NAME"},
-    std::string_view{"METHOD-ACTIVATION-ROUTING-GROUPS"},
     std::string_view{"SERVER-ARGUMENT-IMPL-POLICY"},
     std::string_view{"SERVICE-KIND"},
     std::string_view{"SHORT-NAME-FRAGMENTS"},

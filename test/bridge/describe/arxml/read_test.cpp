@@ -903,6 +903,43 @@ TEST(ReadArxml, ReadsTriggersThatAreSentAsRequestsAsMethods) {
   EXPECT_THAT(fire.request.values, IsEmpty());
 }
 
+TEST(ReadArxml, TakesTheTransportFromWhoActivatesAPdu) {
+  // R20 and newer: the connections of clients are made when they subscribe, and stand nowhere.
+  std::string text = classic();
+  const std::size_t from = text.find("<CONNECTION-BUNDLES>");
+  const std::string_view end = "</CONNECTION-BUNDLES>";
+  ASSERT_NE(from, std::string::npos);
+  text.replace(from, text.find(end) + end.size() - from, "");
+  text = replaced(std::move(text), "<SO-AD-ROUTING-GROUP>",
+                  "<SOCKET-CONNECTION-IPDU-IDENTIFIER-SET><SHORT-NAME>Ids</SHORT-NAME><I-PDU-IDENTIFIERS>"
+                  "<SO-CON-I-PDU-IDENTIFIER><SHORT-NAME>E</SHORT-NAME><HEADER-ID>0x12340001</HEADER-ID>"
+                  "<PDU-COLLECTION-PDU-TIMEOUT>0.005</PDU-COLLECTION-PDU-TIMEOUT>"
+                  "<PDU-TRIGGERING-REF DEST=\"X\">/P/Net/Ch/T1</PDU-TRIGGERING-REF></SO-CON-I-PDU-IDENTIFIER>"
+                  "<SO-CON-I-PDU-IDENTIFIER><SHORT-NAME>M</SHORT-NAME><HEADER-ID>0x12340002</HEADER-ID>"
+                  "<PDU-TRIGGERING-REF DEST=\"X\">/P/Net/Ch/T2</PDU-TRIGGERING-REF></SO-CON-I-PDU-IDENTIFIER>"
+                  "</I-PDU-IDENTIFIERS></SOCKET-CONNECTION-IPDU-IDENTIFIER-SET><SO-AD-ROUTING-GROUP>");
+  text = replaced(std::move(text),
+                  "</CONSUMED-EVENT-GROUP-REFS><ROUTING-GROUP-REFS><ROUTING-GROUP-REF DEST=\"X\">/P/R"
+                  "</ROUTING-GROUP-REF></ROUTING-GROUP-REFS>",
+                  "</CONSUMED-EVENT-GROUP-REFS><PDU-ACTIVATION-ROUTING-GROUPS><PDU-ACTIVATION-ROUTING-GROUP>"
+                  "<SHORT-NAME>a</SHORT-NAME><I-PDU-IDENTIFIER-TCP-REFS><I-PDU-IDENTIFIER-TCP-REF DEST=\"X\">"
+                  "/P/Ids/E</I-PDU-IDENTIFIER-TCP-REF></I-PDU-IDENTIFIER-TCP-REFS>"
+                  "</PDU-ACTIVATION-ROUTING-GROUP></PDU-ACTIVATION-ROUTING-GROUPS>");
+  text = replaced(std::move(text), "<SHORT-NAME>Nav</SHORT-NAME>",
+                  "<SHORT-NAME>Nav</SHORT-NAME><METHOD-ACTIVATION-ROUTING-GROUPS>"
+                  "<PDU-ACTIVATION-ROUTING-GROUP><SHORT-NAME>m</SHORT-NAME><I-PDU-IDENTIFIER-TCP-REFS>"
+                  "<I-PDU-IDENTIFIER-TCP-REF DEST=\"X\">/P/Ids/M</I-PDU-IDENTIFIER-TCP-REF>"
+                  "</I-PDU-IDENTIFIER-TCP-REFS></PDU-ACTIVATION-ROUTING-GROUP>"
+                  "</METHOD-ACTIVATION-ROUTING-GROUPS>");
+  const Reading reading = read_texts({text});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Service& nav = reading.model.services.at(0);
+  EXPECT_EQ(nav.events.at(0).transfer.transport, Transport::tcp);
+  EXPECT_EQ(nav.events.at(0).transfer.retention, 5ms);
+  EXPECT_THAT(nav.events.at(0).eventgroups, ElementsAre(someip::EventgroupId{6}));
+  EXPECT_EQ(nav.methods.at(0).request_transfer.transport, Transport::tcp);
+}
+
 TEST(ReadArxml, ReadsHowOftenAPduIsSent) {
   const Reading reading = read_texts(
       {replaced(classic(), "<SHORT-NAME>D1</SHORT-NAME><LENGTH>2</LENGTH>",
