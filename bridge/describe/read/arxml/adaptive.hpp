@@ -49,6 +49,7 @@ class Adaptive {
 
   void read_machines();
   void read_instance(const Node& node, Instance::Role role);
+  void read_collection(const Node& node, const Instance& instance);
   void read_places();
   [[nodiscard]] std::optional<Endpoint> multicast_group(const Node* text, const Node& beside);
   [[nodiscard]] std::optional<std::uint16_t> port(const Node& mapping, Tag direct, Tag reference, Tag tp,

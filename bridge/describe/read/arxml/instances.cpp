@@ -1,6 +1,7 @@
 // Instances and machines of the Adaptive Platform, and what Classic has in common with them.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "bridge/describe/read/arxml/adaptive.hpp"
@@ -383,6 +384,7 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
       read_subscription(tree_, group, instance, problems_);
     }
   });
+  read_collection(node, instance);
   instances_[&node] = model_.instances.size();
   model_.instances.push_back(std::move(instance));
 }
@@ -397,6 +399,77 @@ std::optional<std::uint16_t> Adaptive::port(const Node& mapping, Tag direct, Tag
   }
   const auto value = number_in(number, 0, 0xffff, problems_);
   return value && *value != 0 ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
+}
+
+/// How long messages may wait for others. AUTOSAR says it for each instance, and the model for the service.
+void Adaptive::read_collection(const Node& node, const Instance& instance) {
+  const auto service = std::ranges::find_if(model_.services, [&](const Service& one) {
+    return full_name(one.scope, one.name) == instance.service;
+  });
+  if (service == model_.services.end()) {
+    return;
+  }
+  const auto read = [&](const Node& properties, Tag reference, auto take) {
+    const Node* const deployment = tree_.follow(&properties, reference);
+    const Node* const collection = properties.child("COLLECTION-PROPS"_tag);
+    const Node* const timeout =
+        collection == nullptr ? nullptr : collection->child("UDP-COLLECTION-BUFFER-TIMEOUT"_tag);
+    if (deployment == nullptr || timeout == nullptr ||
+        collection->child_text("UDP-COLLECTION-TRIGGER"_tag) == "ALWAYS") {
+      return;
+    }
+    const auto time = seconds(timeout->text);
+    if (!time) {
+      problems_.error(timeout->place(), "UDP-COLLECTION-BUFFER-TIMEOUT is \"" + std::string{timeout->text} +
+                                            "\", and seconds were expected");
+      return;
+    }
+    // Of a field the part stands in its deployment.
+    const bool is_part =
+        deployment->parent != nullptr &&
+        (deployment->tag == "GET"_tag || deployment->tag == "SET"_tag || deployment->tag == "NOTIFIER"_tag);
+    const Node* const whole = is_part ? deployment->parent : deployment;
+    std::string_view name = whole->name;
+    for (const Tag tag : {"EVENT-REF"_tag, "TRIGGER-REF"_tag, "METHOD-REF"_tag, "FIELD-REF"_tag}) {
+      if (const std::string_view path = whole->child_text(tag); !path.empty()) {
+        name = path.substr(path.rfind('/') + 1);
+      }
+    }
+    take(*deployment, name, std::chrono::round<std::chrono::microseconds>(*time));
+  };
+  const auto element = [](auto& list, std::string_view name) {
+    const auto found = std::ranges::find_if(list, [&](const auto& one) { return one.name == name; });
+    return found == list.end() ? nullptr : &*found;
+  };
+  const auto of_field = [&](const Node& part, std::string_view name, std::chrono::microseconds time) {
+    if (Field* const field = element(service->fields, name); field != nullptr) {
+      (part.tag == "GET"_tag   ? field->getter_transfer
+       : part.tag == "SET"_tag ? field->setter_transfer
+                               : field->notifier_transfer)
+          .retention = time;
+    }
+  };
+  each_in(&node, "EVENT-PROPSS"_tag, "SOMEIP-EVENT-PROPS"_tag, [&](const Node& properties) {
+    read(properties, "EVENT-REF"_tag, [&](const Node& deployment, std::string_view name, auto time) {
+      if (deployment.tag == "NOTIFIER"_tag) {
+        of_field(deployment, name, time);
+      } else if (Event* const event = element(service->events, name); event != nullptr) {
+        event->transfer.retention = time;
+      }
+    });
+  });
+  for (const Tag list : {"METHOD-REQUEST-PROPSS"_tag, "METHOD-RESPONSE-PROPSS"_tag}) {
+    each_in(&node, list, "SOMEIP-METHOD-PROPS"_tag, [&](const Node& properties) {
+      read(properties, "METHOD-REF"_tag, [&](const Node& deployment, std::string_view name, auto time) {
+        if (deployment.tag == "GET"_tag || deployment.tag == "SET"_tag) {
+          of_field(deployment, name, time);
+        } else if (Method* const method = element(service->methods, name); method != nullptr) {
+          (list == "METHOD-REQUEST-PROPSS"_tag ? method->request_transfer : method->response_transfer)
+              .retention = time;
+        }
+      });
+    });
+  }
 }
 
 /// Where a group is, of an address and the port beside it.

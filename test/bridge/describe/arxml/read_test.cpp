@@ -670,6 +670,42 @@ TEST(ReadArxml, ReadsInstancesOfTheFirstReleases) {
   EXPECT_EQ(reading.model.machines[0].address, IpAddress::v4(10, 0, 0, 1));
 }
 
+TEST(ReadArxml, ReadsHowLongMessagesAreCollected) {
+  const auto props = [](std::string_view kind, std::string_view reference, std::string_view path,
+                        std::string_view time) {
+    return "<SOMEIP-" + std::string{kind} + "-PROPS><COLLECTION-PROPS><UDP-COLLECTION-BUFFER-TIMEOUT>" +
+           std::string{time} + "</UDP-COLLECTION-BUFFER-TIMEOUT></COLLECTION-PROPS><" +
+           std::string{reference} + " DEST=\"X\">" + std::string{path} + "</" + std::string{reference} +
+           "></SOMEIP-" + std::string{kind} + "-PROPS>";
+  };
+  const Reading reading = read_texts({arxml(
+      service("<EVENTS>" + event("a", "/x/uint8") + event("b", "/x/uint8") +
+              "</EVENTS><FIELDS><FIELD><SHORT-NAME>f</SHORT-NAME><TYPE-TREF DEST=\"X\">/x/uint8</TYPE-TREF>"
+              "</FIELD></FIELDS><METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>m</SHORT-NAME>"
+              "</CLIENT-SERVER-OPERATION></METHODS>") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>"
+      "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>ea</SHORT-NAME><EVENT-REF DEST=\"X\">/P/Door/a</EVENT-REF>"
+      "</SOMEIP-EVENT-DEPLOYMENT></EVENT-DEPLOYMENTS><FIELD-DEPLOYMENTS><SOMEIP-FIELD-DEPLOYMENT><SHORT-NAME>"
+      "df</SHORT-NAME><FIELD-REF DEST=\"X\">/P/Door/f</FIELD-REF><NOTIFIER><SHORT-NAME>n</SHORT-NAME>"
+      "</NOTIFIER></SOMEIP-FIELD-DEPLOYMENT></FIELD-DEPLOYMENTS><METHOD-DEPLOYMENTS>"
+      "<SOMEIP-METHOD-DEPLOYMENT><SHORT-NAME>dm</SHORT-NAME><METHOD-REF DEST=\"X\">/P/Door/m</METHOD-REF>"
+      "</SOMEIP-METHOD-DEPLOYMENT></METHOD-DEPLOYMENTS><SERVICE-INTERFACE-REF DEST=\"X\">/P/Door"
+      "</SERVICE-INTERFACE-REF><SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID>"
+      "</SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>I</SHORT-NAME>"
+      "<SERVICE-INTERFACE-DEPLOYMENT-REF DEST=\"X\">/P/Dep</SERVICE-INTERFACE-DEPLOYMENT-REF><EVENT-PROPSS>" +
+      props("EVENT", "EVENT-REF", "/P/Dep/ea", "0.005") +
+      props("EVENT", "EVENT-REF", "/P/Dep/df/n", "0.006") + "</EVENT-PROPSS><METHOD-RESPONSE-PROPSS>" +
+      props("METHOD", "METHOD-REF", "/P/Dep/dm", "0.007") +
+      "</METHOD-RESPONSE-PROPSS></PROVIDED-SOMEIP-SERVICE-INSTANCE>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Service& door = reading.model.services.at(0);
+  EXPECT_EQ(door.events.at(0).transfer.retention, 5ms);
+  EXPECT_EQ(door.events.at(1).transfer.retention, 0ms);
+  EXPECT_EQ(door.fields.at(0).notifier_transfer.retention, 6ms);
+  EXPECT_EQ(door.methods.at(0).response_transfer.retention, 7ms);
+  EXPECT_EQ(door.methods.at(0).request_transfer.retention, 0ms);
+}
+
 TEST(ReadArxml, WarnsOfInstancesOfNoService) {
   const Reading reading = read_texts(
       {arxml("<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>A</SHORT-NAME></PROVIDED-SOMEIP-SERVICE-INSTANCE>"
