@@ -371,11 +371,12 @@ struct Node::State : std::enable_shared_from_this<State> {
     const std::uint64_t more = all - std::exchange(not_sent_said, all);
     if (const std::uint64_t times = not_sent.to_tell(more)) {
       shielded(io, [&] {
-        warn(std::to_string(times) +
-             " datagrams of discovery could not be sent in time: the send buffer is full, because hosts do "
-             "not answer (send_buffer_bytes; of a bridge: someip: send_buffer), or the table "
-             "of "
-             "neighbours is full (as root: sysctl net.ipv4.neigh.default.gc_thresh3)");
+        warn(
+            std::to_string(times) +
+            " datagrams of discovery could not be sent in time: the send buffer is full, because hosts do "
+            "not answer (send_buffer_bytes; of a bridge: someip: send_buffer), or the table of neighbours is "
+            "full (as root: sysctl net." +
+            (config.address.v6 ? "ipv6" : "ipv4") + ".neigh.default.gc_thresh3)");
       });
     }
   }

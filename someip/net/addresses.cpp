@@ -121,15 +121,15 @@ unsigned interface_of(const IpAddress& address) {
   return own ? own->interface : 0;
 }
 
-std::uint32_t mask_with_arp(const IpAddress& address) {
-  std::uint32_t bits = 0;
+IpAddress mask_with_neighbours(const IpAddress& address) {
+  IpAddress bits{.v6 = address.v6};
   visit_own_addresses([&](const ifaddrs& one, const IpAddress& own) {
-    const bool found = !own.v6 && own == address && one.ifa_netmask != nullptr &&
+    const bool found = own == address && one.ifa_netmask != nullptr &&
                        (one.ifa_flags & (IFF_LOOPBACK | IFF_NOARP | IFF_POINTOPOINT)) == 0;
     if (found) {
       SocketAddress mask;
       mask.assign(*one.ifa_netmask);
-      std::memcpy(&bits, mask.endpoint().address.bytes.data(), sizeof bits);
+      bits.bytes = mask.endpoint().address.bytes;
     }
     return found;
   });

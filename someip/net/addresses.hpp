@@ -36,8 +36,9 @@ class SocketAddress {
 /// All addresses that interfaces of this host have; of loopback's, only those that are told.
 [[nodiscard]] std::vector<IpAddress> own_addresses();
 
-/// The mask of the IPv4 subnet that this address of ours is in, in network order; 0 where there is no ARP.
-[[nodiscard]] std::uint32_t mask_with_arp(const IpAddress& address);
+/// The mask of the subnet that this address of ours is in; all zero where hosts are not asked for their link
+/// addresses (ARP, neighbour discovery).
+[[nodiscard]] IpAddress mask_with_neighbours(const IpAddress& address);
 
 /// Length of the prefix of the subnet that this host's `address` is in; nothing when the host has no such
 /// address, or when it has no subnet: a prefix of the whole address, as of tunnels.

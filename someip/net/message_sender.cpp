@@ -31,14 +31,36 @@ constexpr std::size_t max_datagram_bytes = header_bytes + max_plain_payload_byte
 constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
 constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
 constexpr Duration longest_look = std::chrono::milliseconds{100};
-constexpr Duration known_for = std::chrono::seconds{1};  // after an answer to ARP was seen
-constexpr std::size_t slices_per_segment = 2;            // a segment in more pieces is copied into one
+constexpr Duration untold_for =
+    std::chrono::seconds{1};  // before it is asked again whether somebody can tell
+// A host that was there is looked at again after this time, which limits what is sent to one that has gone
+// since: the system keeps that for seconds, in the send buffer that all share. Sooner if much is sent there,
+// while a large message leaves, and when the send buffer is full.
+constexpr Duration look_pause = std::chrono::milliseconds{100};
+constexpr Duration look_pause_much = std::chrono::milliseconds{10};
+constexpr Duration look_pause_full = std::chrono::milliseconds{5};
+constexpr Duration look_pause_large = std::chrono::milliseconds{1};
+constexpr std::uint8_t much = 16;              // messages since the last look
+constexpr std::size_t slices_per_segment = 2;  // a segment in more pieces is copied into one
 
-// A host that has answered to ARP, or of which nobody can tell.
+// A host that was there when it was looked at, or of which nobody can tell.
 struct Known {
   IpAddress address{};
-  TimePoint until{};
+  TimePoint looked{};
+  Neighbours::Answer answer = Neighbours::Answer::untold;  ///< `unasked`: it is reached in another way
+  std::uint8_t sent = 0;  ///< messages since, no more than `much` are counted
+
+  [[nodiscard]] bool fresh(const IpAddress& host, TimePoint now, Duration pause) const noexcept {
+    return host == address && now < looked + (answer == Neighbours::Answer::untold ? untold_for : pause);
+  }
 };
+
+// The time of the system's last tick, which costs much less than the exact one.
+TimePoint coarse_now() {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &time);
+  return TimePoint{std::chrono::seconds{time.tv_sec} + std::chrono::nanoseconds{time.tv_nsec}};
+}
 
 // Small messages to one receiver that leave in one datagram.
 struct Collection {
@@ -361,6 +383,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       return;
     }
     if (blocked) {
+      look_at_all_that_wait();
       socket->wait_writable([this] {  // close() withdraws it
         blocked = false;
         pump();
@@ -435,37 +458,82 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   }
 
   bool greet(const Endpoint& to) {
-    if (!link.entry_of) {
-      return true;
-    }
-    const TimePoint now = std::chrono::steady_clock::now();
-    const auto& bytes = to.address.bytes;
-    Known& place = known[static_cast<std::uint8_t>(bytes[3] + 31 * bytes[2] + bytes[15])];
-    if (now < place.until && place.address == to.address) {
+    if (!link.entry_of || place_of(to.address).fresh(to.address, coarse_now(), look_pause)) {
       return true;
     }
     if (const SendLane* const lane = lanes.awaiting(to)) {
       return lane->queue.size() < max_for_silent;
     }
+    return look(to, max_silent);
+  }
+
+  // Before something is sent to a receiver that may have gone since it was looked at: what is for it waits
+  // then. A look into a small table, if that was less than `pause` ago.
+  void look_again(const Endpoint& to, TimePoint now, Duration pause) {
+    const bool alone = !to.address.is_multicast();
+    if (alone && !place_of(to.address).fresh(to.address, now, pause) && lanes.awaiting(to) == nullptr) {
+      static_cast<void>(look(to, std::numeric_limits<std::size_t>::max()));
+    }
+  }
+
+  void look_before_sending(const Endpoint& to) {
+    if (link.entry_of) {
+      Known& place = place_of(to.address);
+      look_again(to, coarse_now(), place.sent < much ? look_pause : look_pause_much);
+      place.sent = static_cast<std::uint8_t>(std::min<unsigned>(place.sent + 1U, much));
+    }
+  }
+
+  // The send buffer is full, maybe of what is for hosts that have gone. What else waits for them stays here.
+  void look_at_all_that_wait() {
+    if (!link.entry_of) {
+      return;
+    }
+    const TimePoint now = coarse_now();
+    for (const SendLane& lane : lanes.all()) {
+      if (!lane.host && !lane.queue.empty()) {
+        look_again(lane.to, now, look_pause_full);
+      }
+    }
+  }
+
+  // Each host has one place, and shares it with others if there are many.
+  Known& place_of(const IpAddress& host) {
+    std::array<std::uint64_t, 2> words{};
+    static_assert(sizeof words == sizeof host.bytes);
+    std::memcpy(words.data(), host.bytes.data(), sizeof words);
+    return known[((words[0] ^ (words[1] * 31)) * 0x9e3779b97f4a7c15U) >> 56U];
+  }
+
+  // Asks the system for the host. If it has not come, one datagram leaves for it, and the rest waits.
+  // @return false if it has to wait, and so many others do already: nothing was done.
+  bool look(const Endpoint& to, std::size_t most_awaited) {
     using enum Neighbours::Answer;
-    const auto is_known = [](Neighbours::Answer answer) { return answer == came || answer == untold; };
-    bool there = is_known(link.entry_of(to.address)) || to.address == socket->local().address;
-    if (!there && lanes.awaited() >= max_silent) {
+    const TimePoint now = std::chrono::steady_clock::now();
+    Known& place = place_of(to.address);
+    Neighbours::Answer answer = to.address == socket->local().address ? untold : link.entry_of(to.address);
+    const bool silent = answer == awaited || answer == unasked;
+    if (silent && lanes.awaited() >= most_awaited) {
       return false;
     }
-    there = there || is_known(link.answer_of(to.address));
-    if (there) {
-      place = {to.address, now + known_for};
-    } else {
-      lanes.await_host(to, {.since = now, .next_look = now + first_look, .pause = first_look, .probe = true});
-      if (!pumping) {
-        wait_until(now + first_look);
+    if (answer == unasked && !(place.address == to.address && place.answer == unasked)) {
+      answer = link.answer_of(to.address);
+      if (answer == unasked) {
+        answer = awaited;
       }
+    }
+    if (answer != awaited) {
+      place = {to.address, now, answer};
+      return true;
+    }
+    lanes.await_host(to, {.since = now, .next_look = now + first_look, .pause = first_look, .probe = true});
+    if (!pumping) {
+      wait_until(now + first_look);
     }
     return true;
   }
 
-  // Whether the receiver has answered to ARP; the pauses between two looks grow.
+  // Whether the receiver has answered to its address; the pauses between two looks grow.
   bool is_there(SendLane& lane, TimePoint now) {
     AwaitedHost& host = *lane.host;
     if (now < host.next_look) {
@@ -475,6 +543,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     const Neighbours::Answer answer = link.answer_of(lane.to.address);
     if (answer != awaited && (answer != unasked || now - host.since >= time_to_ask)) {
       lane.host.reset();
+      place_of(lane.to.address) = {lane.to.address, now, answer};
       return true;
     }
     if (now - host.since >= patience) {
@@ -499,6 +568,9 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   // Sends what waits until a burst or its turn is over, or nothing is left.
   // @return false when the socket is full.
   bool serve(SendLane& lane, TimePoint now, std::optional<TimePoint>& resume) {
+    if (link.entry_of && !lane.queue.empty() && !lane.queue.front().plain()) {
+      look_again(lane.to, now, look_pause_large);
+    }
     const bool waits = lane.host && !is_there(lane, now);
     if (waits) {
       resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
@@ -746,6 +818,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
     ++state.counters.abandoned;
     return false;
   }
+  state.look_before_sending(to);
   const std::size_t bytes = size_of(payload);
   const bool to_collect = state.collect_for > Duration::zero();
   if (bytes <= max_plain_payload_bytes && !state.lanes.must_wait(to, header)) {

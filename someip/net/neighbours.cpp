@@ -1,14 +1,20 @@
 #include "someip/net/neighbours.hpp"
 
+#include <linux/neighbour.h>
+#include <linux/netlink.h>
+#include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <array>
+#include <cerrno>
 #include <cstring>
+#include <optional>
 
 #include "someip/net/addresses.hpp"
+#include "someip/wire/bytes.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -18,10 +24,9 @@ std::string interface_name(const IpAddress& own) {
   return if_indextoname(interface_of(own), name.data()) == nullptr ? std::string{} : std::string{name.data()};
 }
 
-std::uint32_t number(const IpAddress& address) {
-  std::uint32_t result = 0;
-  std::memcpy(&result, address.bytes.data(), sizeof result);
-  return result;
+int open_socket(bool v6) {
+  return v6 ? ::socket(AF_NETLINK, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_ROUTE)
+            : ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
 }
 
 arpreq request_of(const IpAddress& host, const std::string& interface) {
@@ -32,21 +37,116 @@ arpreq request_of(const IpAddress& host, const std::string& interface) {
   return request;
 }
 
+bool is_link_local(const IpAddress& host) {
+  return host.v6 && host.bytes[0] == 0xfe && (host.bytes[1] & 0xc0U) == 0x80;
+}
+
+// --- rtnetlink
+// ----------------------------------------------------------------------------------------------
+
+constexpr int max_answers = 8;  // that are read for one question; more than one comes only if one was lost
+
+/// Asks for one entry of the table.
+struct Question {
+  nlmsghdr header{};
+  ndmsg body{};
+  rtattr attribute{};
+  std::array<std::uint8_t, 16> host{};
+};
+static_assert(sizeof(Question) == NLMSG_ALIGN(sizeof(nlmsghdr)) + NLMSG_ALIGN(sizeof(ndmsg)) + RTA_LENGTH(16),
+              "without gaps, as the kernel reads it");
+
+Question question_of(const IpAddress& host, unsigned interface, std::uint32_t number) {
+  Question question;
+  question.header.nlmsg_len = sizeof question;
+  question.header.nlmsg_type = RTM_GETNEIGH;
+  question.header.nlmsg_flags = NLM_F_REQUEST;
+  question.header.nlmsg_seq = number;
+  question.body.ndm_family = AF_INET6;
+  question.body.ndm_ifindex = static_cast<int>(interface);
+  question.attribute.rta_len = RTA_LENGTH(sizeof question.host);
+  question.attribute.rta_type = NDA_DST;
+  question.host = host.bytes;
+  return question;
+}
+
+/// What the kernel says about one entry.
+struct Entry {
+  int error = 0;
+  std::uint16_t state = NUD_NONE;
+};
+
+template <typename Body>
+std::optional<Body> body_of(ByteView message) {
+  Body body{};
+  if (message.size() < NLMSG_HDRLEN + sizeof body) {
+    return std::nullopt;
+  }
+  std::memcpy(&body, message.data() + NLMSG_HDRLEN, sizeof body);
+  return body;
+}
+
+std::optional<Entry> entry_in(ByteView message, std::uint32_t number) {
+  nlmsghdr header{};
+  if (message.size() < sizeof header) {
+    return std::nullopt;
+  }
+  std::memcpy(&header, message.data(), sizeof header);
+  if (header.nlmsg_seq != number) {
+    return std::nullopt;
+  }
+  if (header.nlmsg_type == NLMSG_ERROR) {
+    const auto error = body_of<nlmsgerr>(message);
+    return error ? std::optional{Entry{.error = -error->error}} : std::nullopt;
+  }
+  const auto neighbour = body_of<ndmsg>(message);
+  return neighbour && header.nlmsg_type == RTM_NEWNEIGH ? std::optional{Entry{.state = neighbour->ndm_state}}
+                                                        : std::nullopt;
+}
+
+// The kernel has answered when send() returns, so nothing here waits.
+Entry ask(int fd, const Question& question) {
+  if (::send(fd, &question, sizeof question, MSG_NOSIGNAL) < 0) {
+    return {.error = errno};
+  }
+  std::array<std::byte, 1024> room;  // an entry takes about 100 bytes
+  for (int i = 0; i < max_answers; ++i) {
+    sockaddr_nl from{};
+    iovec place{room.data(), room.size()};
+    msghdr header{};
+    header.msg_name = &from;
+    header.msg_namelen = sizeof from;
+    header.msg_iov = &place;
+    header.msg_iovlen = 1;
+    const ssize_t size = ::recvmsg(fd, &header, MSG_DONTWAIT);
+    if (size < 0 && errno != EINTR && errno != ENOBUFS) {
+      return {.error = errno};
+    }
+    if (size > 0 && from.nl_pid == 0) {  // of the kernel itself
+      if (const auto entry =
+              entry_in(ByteView{room}.first(static_cast<std::size_t>(size)), question.header.nlmsg_seq)) {
+        return *entry;
+      }
+    }
+  }
+  return {.error = EAGAIN};
+}
+
 }  // namespace
 
 Neighbours::Neighbours(const IpAddress& own, std::string interface)
     : own_{own},
-      interface_{interface.empty() && !own.v6 ? interface_name(own) : std::move(interface)},
-      mask_{mask_with_arp(own)},
-      socket_{own.v6 ? -1 : ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {}
+      interface_{interface.empty() ? interface_name(own) : std::move(interface)},
+      mask_{mask_with_neighbours(own)},
+      socket_{open_socket(own.v6)},
+      index_{own.v6 ? if_nametoindex(interface_.c_str()) : 0} {}
 
 bool Neighbours::known(const IpAddress& host) const noexcept {
   return looked_up(host) == Answer::came;
 }
 
 Neighbours::Answer Neighbours::entry_of(const IpAddress& host) const noexcept {
-  const bool has_entry = mask_ != 0 && !host.v6 && ((number(own_) ^ number(host)) & mask_) == 0;
-  return has_entry ? looked_up(host) : Answer::untold;
+  return is_on_link(host) ? looked_up(host) : Answer::untold;
 }
 
 Neighbours::Answer Neighbours::answer_of(const IpAddress& host) const noexcept {
@@ -54,9 +154,27 @@ Neighbours::Answer Neighbours::answer_of(const IpAddress& host) const noexcept {
   return answer == Answer::unasked && interface_of(host) != 0 ? Answer::untold : answer;
 }
 
-// Looks it up in the ARP table.
+bool Neighbours::is_on_link(const IpAddress& host) const noexcept {
+  bool same = host.v6 == own_.v6 && !mask_.is_unspecified();
+  if (same && is_link_local(host)) {
+    return true;
+  }
+  for (std::size_t i = 0; same && i < mask_.bytes.size(); ++i) {
+    same = ((own_.bytes[i] ^ host.bytes[i]) & mask_.bytes[i]) == 0;
+  }
+  return same;
+}
+
 Neighbours::Answer Neighbours::looked_up(const IpAddress& host) const noexcept {
-  if (host.v6 || interface_.empty() || interface_.size() >= sizeof arpreq::arp_dev) {
+  if (host.v6 != own_.v6) {
+    return Answer::untold;
+  }
+  return host.v6 ? looked_up_v6(host) : looked_up_v4(host);
+}
+
+// Looks it up in the ARP table.
+Neighbours::Answer Neighbours::looked_up_v4(const IpAddress& host) const noexcept {
+  if (interface_.empty() || interface_.size() >= sizeof arpreq::arp_dev) {
     return Answer::untold;
   }
   arpreq request = request_of(host, interface_);
@@ -64,6 +182,25 @@ Neighbours::Answer Neighbours::looked_up(const IpAddress& host) const noexcept {
     return Answer::unasked;
   }
   return (request.arp_flags & ATF_COM) != 0 ? Answer::came : Answer::awaited;
+}
+
+// There is no such call for IPv6; rtnetlink tells of a single host. The same states give the same answers.
+Neighbours::Answer Neighbours::looked_up_v6(const IpAddress& host) const noexcept {
+  if (index_ == 0) {
+    return Answer::untold;
+  }
+  const Entry entry = ask(socket_.get(), question_of(host, index_, ++question_));
+  if (entry.error == ENODEV) {
+    index_ = if_nametoindex(interface_.c_str());  // it may have been made anew
+  }
+  if (entry.error != 0) {
+    return entry.error == ENOENT ? Answer::unasked : Answer::untold;
+  }
+  constexpr unsigned has_answered = NUD_PERMANENT | NUD_REACHABLE | NUD_STALE | NUD_DELAY | NUD_PROBE;
+  if ((entry.state & NUD_NOARP) != 0U) {
+    return Answer::unasked;
+  }
+  return (entry.state & has_answered) != 0U ? Answer::came : Answer::awaited;
 }
 
 }  // namespace trestle::someip

@@ -15,7 +15,9 @@ class Neighbours {
   /// @param interface  its name, or empty.
   Neighbours(const IpAddress& own, std::string interface);
 
-  /// Whether the host has answered by ARP. False if nobody can tell: behind routers, on loopback, over IPv6.
+  /// Whether the host has answered to its address, by ARP or neighbour discovery. False if nobody can tell:
+  /// behind routers, on loopback; over IPv6 also where the system does not tell of a single host (Linux
+  /// before 5.0).
   [[nodiscard]] bool known(const IpAddress& host) const noexcept;
   enum class Answer : std::uint8_t {
     came,     ///< what is sent there leaves at once
@@ -29,12 +31,17 @@ class Neighbours {
   [[nodiscard]] Answer entry_of(const IpAddress& host) const noexcept;
 
  private:
+  [[nodiscard]] bool is_on_link(const IpAddress& host) const noexcept;
   [[nodiscard]] Answer looked_up(const IpAddress& host) const noexcept;
+  [[nodiscard]] Answer looked_up_v4(const IpAddress& host) const noexcept;
+  [[nodiscard]] Answer looked_up_v6(const IpAddress& host) const noexcept;
 
   IpAddress own_;
   std::string interface_;
-  std::uint32_t mask_ = 0;  ///< of the subnet, in network order; 0: there is no ARP
-  Descriptor socket_;
+  IpAddress mask_;                      ///< of the subnet; all zero: nobody is asked for link addresses
+  Descriptor socket_;                   ///< for ioctl(), over IPv6 of rtnetlink
+  mutable unsigned index_ = 0;          ///< of the interface, over IPv6
+  mutable std::uint32_t question_ = 0;  ///< number of the last one to rtnetlink
 };
 
 }  // namespace trestle::someip

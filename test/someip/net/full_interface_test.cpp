@@ -251,6 +251,39 @@ TEST_F(FullInterfaceTest, TakesASmallMessageWhileALargeOneWaits) {
   EXPECT_EQ(sender.counters().messages, 21U);
 }
 
+// There is no room, and one of those that wait for it has gone: what is for it would take the room of others.
+TEST_F(FullInterfaceTest, KeepsWhatIsForAHostThatHasGoneMeanwhile) {
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {IpAddress::v4(10, 9, 0, 1), 0}}};
+  socket.receive([](ByteView, const Endpoint&) {});
+  socket.report_unreachable([](const Endpoint& to) { ADD_FAILURE() << to.port; });
+  MessageSender sender{io, socket};
+  using enum Neighbours::Answer;
+  Neighbours::Answer second = came;
+  const auto answer_of = [&](const IpAddress& host) { return host == receivers[1].address ? second : came; };
+  sender.watch_link({.answer_of = answer_of, .entry_of = answer_of, .unreachable = [](const Endpoint&) {}});
+  Wire wire;
+  ASSERT_TRUE(wire.opened);
+  const std::vector<std::byte> payload(1400);
+  const ByteView small{payload};
+  constexpr std::size_t messages = 300;
+  for (std::size_t i = 0; i < 2 * messages; ++i) {
+    EXPECT_TRUE(sender.send(receivers[i % 2], {.type = MessageType::notification}, {&small, 1}));
+  }
+  second = awaited;
+  ASSERT_TRUE(run(io, [&] {
+    wire.read();
+    return wire.at[2].size() == messages;
+  }));
+  EXPECT_LT(wire.at[3].size(), messages / 2) << "nothing more is sent";
+  second = came;
+  EXPECT_TRUE(run(io, [&] {
+    wire.read();
+    return wire.at[3].size() == messages;
+  }));
+  EXPECT_TRUE(sender.idle());
+}
+
 TEST_F(FullInterfaceTest, LosesNothingOfWhatWasCollected) {
   boost::asio::io_context io;
   UdpSocket socket{io, {.local = {IpAddress::v4(10, 9, 0, 1), 0}}};
@@ -299,6 +332,81 @@ TEST_F(FullInterfaceTest, TellsWhoHasAnsweredToItsAddress) {
   EXPECT_EQ(neighbours.answer_of(silent.address), awaited);
   EXPECT_FALSE(neighbours.known(silent.address));
   EXPECT_EQ(Neighbours(IpAddress::v4(127, 0, 0, 1), {}).answer_of(IpAddress::v4(127, 0, 0, 9)), untold);
+}
+
+// Gives the interface addresses of IPv6, one of which has a neighbour.
+bool has_ipv6() {
+  static const bool made = std::system(  // NOLINT(cert-env33-c)
+                               "ip addr add fd00:9::1/64 dev v0 nodad && "
+                               "ip addr add fd00:9::7/64 dev v0 nodad && "
+                               "ip neigh add fd00:9::2 lladdr 02:00:00:00:00:09 nud permanent dev v0") == 0;
+  return made;
+}
+
+IpAddress v6(const std::string& text) {
+  IpAddress address{.v6 = true};
+  EXPECT_EQ(inet_pton(AF_INET6, text.c_str(), address.bytes.data()), 1);
+  return address;
+}
+
+TEST_F(FullInterfaceTest, TellsWhoHasAnsweredToItsAddressOverIpv6) {
+  if (!has_ipv6()) {
+    GTEST_SKIP() << "there is no IPv6";
+  }
+  using enum Neighbours::Answer;
+  const Neighbours neighbours{v6("fd00:9::1"), {}};
+  EXPECT_EQ(neighbours.answer_of(v6("fd00:9::2")), came);
+  EXPECT_TRUE(neighbours.known(v6("fd00:9::2")));
+  EXPECT_EQ(neighbours.answer_of(v6("fd00:9::1")), untold) << "own";
+  EXPECT_EQ(neighbours.answer_of(v6("fd00:9::7")), untold) << "own, too";
+  EXPECT_EQ(neighbours.entry_of(v6("fd00:9::7")), unasked);
+  EXPECT_EQ(neighbours.answer_of(v6("fd00:9:0:1::2")), untold) << "behind a router";
+  EXPECT_EQ(neighbours.answer_of(v6("::1")), untold);
+  EXPECT_EQ(neighbours.answer_of(IpAddress::v4(10, 9, 0, 2)), untold) << "not spoken to";
+  EXPECT_EQ(neighbours.answer_of(v6("fe80::1234")), unasked) << "on each link";
+  const Endpoint silent{v6("fd00:9::50"), 40000};
+  EXPECT_EQ(neighbours.answer_of(silent.address), unasked);
+  boost::asio::io_context io;
+  UdpSocket socket{io, {.local = {v6("fd00:9::1"), 0}}};
+  const std::array datagram{std::byte{1}};
+  const ByteView view{datagram};
+  EXPECT_EQ(socket.send(silent, {&view, 1}), SendStatus::sent);
+  EXPECT_EQ(neighbours.answer_of(silent.address), awaited);
+  EXPECT_FALSE(neighbours.known(silent.address));
+  EXPECT_EQ(Neighbours(v6("fd00:9::1"), "v0").answer_of(silent.address), awaited)
+      << "by the interface's name";
+  EXPECT_EQ(Neighbours(v6("fd00:9::1"), "v1").answer_of(silent.address), unasked) << "of another interface";
+  EXPECT_EQ(Neighbours(v6("fd00:9::1"), "v9").answer_of(silent.address), untold) << "there is none";
+  EXPECT_EQ(Neighbours(v6("::1"), {}).answer_of(v6("::1")), untold);
+}
+
+TEST_F(FullInterfaceTest, TellsTheSameOfBothKindsOfAddresses) {
+  if (!has_ipv6()) {
+    GTEST_SKIP() << "there is no IPv6";
+  }
+  using enum Neighbours::Answer;
+  const Neighbours over_v4{IpAddress::v4(10, 9, 0, 1), {}};
+  const Neighbours over_v6{v6("fd00:9::1"), {}};
+  const std::vector<std::pair<std::string, Neighbours::Answer>> states{
+      {"permanent", came}, {"reachable", came}, {"stale", came},
+      {"delay", came},     {"probe", came},     {"noarp", unasked}};
+  for (const auto& [state, answer] : states) {
+    for (const std::string host : {"10.9.0.60", "fd00:9::60"}) {
+      ASSERT_EQ(std::system(("ip neigh replace " + host + " lladdr 02:00:00:00:00:60 dev v0 nud " + state)
+                                .c_str()),  // NOLINT(cert-env33-c)
+                0);
+    }
+    EXPECT_EQ(over_v4.answer_of(IpAddress::v4(10, 9, 0, 60)), answer) << state;
+    EXPECT_EQ(over_v6.answer_of(v6("fd00:9::60")), answer) << state;
+  }
+  for (const std::string host : {"10.9.0.60", "fd00:9::60"}) {
+    ASSERT_EQ(
+        std::system(("ip neigh replace " + host + " dev v0 nud failed").c_str()),  // NOLINT(cert-env33-c)
+        0);
+  }
+  // One that has failed: nobody knows when the system throws it away.
+  EXPECT_THAT(over_v4.answer_of(IpAddress::v4(10, 9, 0, 60)), testing::AnyOf(awaited, unasked));
+  EXPECT_THAT(over_v6.answer_of(v6("fd00:9::60")), testing::AnyOf(awaited, unasked));
 }
 
 }  // namespace

@@ -123,9 +123,91 @@ TEST_F(GreetingTest, LooksForAHostThatIsKnownOnlyNowAndThen) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_TRUE(answer(receiver.local(), 100));
   }
-  EXPECT_LE(looks, 1 + (std::chrono::steady_clock::now() - begin) / 1s);
+  // Every 10 ms after so many messages, and 100 ms after few.
+  EXPECT_LE(looks, 1 + (std::chrono::steady_clock::now() - begin) / 10ms);
   await_datagrams(100);
   EXPECT_TRUE(sender.idle());
+}
+
+TEST_F(GreetingTest, AsksOnceASecondWhetherSomebodyCanTell) {
+  here = Neighbours::Answer::untold;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(answer(receiver.local(), 100));
+  }
+  EXPECT_LE(looks, 1 + (std::chrono::steady_clock::now() - begin) / 1s);
+  await_datagrams(100);
+}
+
+// Sends events to it until one is kept.
+TEST_F(GreetingTest, KeepsWhatIsForAReceiverThatHasGone) {
+  const auto send_event = [this] {
+    const ByteView view = ByteView{payload}.first(200);
+    EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  };
+  send_event();
+  await_datagrams(1);
+  EXPECT_TRUE(sender.idle());
+  here = Neighbours::Answer::awaited;
+  std::size_t sent = 1;
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (sender.idle() && std::chrono::steady_clock::now() < end) {
+    send_event();
+    ++sent;
+    sender.flush();
+    io.run_for(10ms);
+  }
+  ASSERT_FALSE(sender.idle()) << "it was looked at only once";
+  const std::uint64_t left = sender.counters().datagrams;
+  for (int i = 0; i < 10; ++i) {
+    send_event();
+    io.run_for(10ms);
+  }
+  EXPECT_EQ(sender.counters().datagrams, left);
+  here = Neighbours::Answer::came;
+  await_datagrams(sent + 10);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_THAT(gone, testing::IsEmpty());
+}
+
+TEST_F(GreetingTest, GivesUpAReceiverThatHasGoneForGood) {
+  const auto begin = std::chrono::steady_clock::now();
+  while (gone.empty() && std::chrono::steady_clock::now() < begin + 30s) {
+    const ByteView view = ByteView{payload}.first(200);
+    static_cast<void>(sender.send(receiver.local(), event, {&view, 1}));
+    io.run_for(20ms);
+    here = Neighbours::Answer::awaited;
+  }
+  EXPECT_THAT(gone, testing::ElementsAre(receiver.local()));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, MessageSender::patience);
+}
+
+TEST_F(GreetingTest, LooksBeforeEachPartOfALargeMessage) {
+  const std::vector<std::byte> large = numbers(300'000);
+  const ByteView view{large};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}, nullptr, {.burst = 1, .separation = 5ms}));
+  EXPECT_EQ(sender.counters().datagrams, 1U);
+  here = Neighbours::Answer::awaited;
+  io.run_for(200ms);
+  EXPECT_LE(sender.counters().datagrams, 3U) << "one as it has just been there, one so that the system asks";
+  EXPECT_FALSE(sender.idle());
+}
+
+TEST_F(GreetingTest, WaitsOnlyOnceForAHostForWhichTheSystemDoesNotAsk) {
+  here = Neighbours::Answer::unasked;
+  const ByteView view = ByteView{payload}.first(200);
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_EQ(sender.counters().datagrams, 1U);
+  await_datagrams(2);
+  for (std::size_t i = 3; i < 20; ++i) {
+    EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+    sender.flush();
+    EXPECT_TRUE(sender.idle());
+    await_datagrams(i);
+    io.run_for(15ms);
+  }
+  EXPECT_GT(looks, 1);
 }
 
 TEST_F(GreetingTest, SendsOneDatagramToAHostThatHasNotAnswered) {
