@@ -122,7 +122,7 @@ class Lowering {
       request = own(method.request.values, name + std::string{request_end}, source);
     }
     if (!response) {
-      response = own(answers, name + std::string{response_end}, source);
+      response = own(answers, name + std::string{response_end}, source, method.error != no_type);
     }
     if (!request || !response) {
       types_.complain(source, "no service could be made of its arguments", method.place);
@@ -179,8 +179,8 @@ class Lowering {
   }
 
   std::optional<Root> own(const std::vector<Value>& values, const std::string& name,
-                          const std::string& source) {
-    const auto shape = types_.shape_of(values, name, source);
+                          const std::string& source, bool begins_with_error = false) {
+    const auto shape = types_.shape_of(values, name, source, begins_with_error);
     return shape ? std::optional{Root{*shape, std::nullopt}} : std::nullopt;
   }
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/describe/marks.hpp"
 #include "bridge/describe/ros_names.hpp"
+#include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::describe {
@@ -36,11 +38,23 @@ std::string package_part(std::string_view name) {
   return std::string{name.substr(0, name.find('/'))};
 }
 
+/// An error is an enumeration. A field that is one or the other makes no other message.
+std::string_view mark_of(const messages::Field& field) {
+  std::string_view mark = field.mark;
+  if (mark.starts_with(marks::error)) {
+    mark.remove_prefix(marks::error.size());
+  } else if (mark.starts_with(marks::enumeration)) {
+    mark.remove_prefix(marks::enumeration.size());
+  }
+  return mark;
+}
+
 bool same_fields(const messages::MessageDefinition& a, const messages::MessageDefinition& b) {
   return std::ranges::equal(a.fields, b.fields,
                             [](const messages::Field& left, const messages::Field& right) {
                               return left.name == right.name && left.type == right.type &&
-                                     left.default_value == right.default_value;
+                                     left.default_value == right.default_value &&
+                                     mark_of(left) == mark_of(right);
                             }) &&
          std::ranges::equal(a.constants, b.constants, [](const auto& left, const auto& right) {
            return left.name == right.name && left.type == right.type && left.value == right.value;
@@ -57,9 +71,9 @@ std::string fields_text(const Shape& shape) {
   std::string text = fmt::format("{}", static_cast<int>(shape.form));
   for (const messages::Field& field : shape.definition.fields) {
     const messages::FieldType& type = field.type;
-    text += fmt::format("\n{} {} {} {} {} {} {}", field.name, type.message,
+    text += fmt::format("\n{} {} {} {} {} {} {} {}", field.name, type.message,
                         type.primitive ? static_cast<int>(*type.primitive) : -1, static_cast<int>(type.array),
-                        type.array_size, type.string_bound, field.default_value);
+                        type.array_size, type.string_bound, mark_of(field), field.default_value);
   }
   for (const messages::Constant& constant : shape.definition.constants) {
     text += fmt::format("\n{} = {} {}", constant.name, static_cast<int>(constant.type), constant.value);
@@ -217,7 +231,7 @@ std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, b
 }
 
 std::optional<std::size_t> TypeLowering::shape_of(const std::vector<Value>& values, const std::string& name,
-                                                  const std::string& source) {
+                                                  const std::string& source, bool begins_with_error) {
   Shape shape;
   shape.source = source;
   shape.definition.name = name;
@@ -227,8 +241,18 @@ std::optional<std::size_t> TypeLowering::shape_of(const std::vector<Value>& valu
   }
   if (values.empty()) {
     shape.form = TypeRules::Form::empty;
+  } else if (std::string& mark = shape.definition.fields.front().mark;
+             begins_with_error && mark.starts_with(marks::enumeration)) {
+    mark.replace(0, marks::enumeration.size(), marks::error);
   }
   return made(std::move(shape), owner, false);
+}
+
+/// What an array is of; the type itself where it is none.
+const Type& TypeLowering::resolved_element(const Type& type) const {
+  const bool has_element = type.kind == Kind::array && type.element.type != no_type &&
+                           static_cast<std::size_t>(type.element.type) < model_.types.size();
+  return has_element ? resolved(model_, type.element.type) : type;
 }
 
 bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, const Owner& owner,
@@ -274,6 +298,12 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
       use->words.form = type.kind == Kind::bytes ? messages::FieldWords::Form::bytes
                         : type.kind == Kind::map ? messages::FieldWords::Form::entries
                                                  : messages::FieldWords::Form::plain;
+    }
+    if (is_array(type) && use->nested && (is_choice || is_array(resolved_element(type)))) {
+      use->field.mark = marks::array;
+    }
+    if (!is_choice && (type.kind == Kind::bytes || type.kind == Kind::map)) {
+      use->field.mark = type.kind == Kind::bytes ? marks::bytes : marks::map;
     }
     use->field.default_value = is_choice ? "" : value.default_value;
     use->source = value.name;
@@ -474,7 +504,8 @@ std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner&
                                             : package_of(map.scope) + "/msg/" + ros_type_name(map.name);
   Shape shape;
   shape.source = map.name.empty() ? owner.source + "." + name : full_name(map.scope, map.name);
-  shape.definition.name = base + "Entry";
+  // One that was read from a ROS type stays that type.
+  shape.definition.name = map.ros_name.empty() ? base + "Entry" : map.ros_name;
   Value key = map.key;
   key.name = "key";
   Value value = map.element;
@@ -522,8 +553,13 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
   }
   if (use.field.type.primitive) {  // else those of a message for the array
     use.words.enumerators = enumerators_of(*type);
+    use.field.mark = marks::enumeration;
+    if (!type->name.empty()) {
+      use.field.mark +=
+          " " + (messages::is_identifier(type->name) ? type->name : ros_constant_name(type->name));
+    }
   }
-  const std::string prefix = ros_constant_name(type->name.empty() ? use.field.name : type->name) + "_";
+  const std::string prefix = marks::prefix_of(type->name, use.field.name);
   if (!shape.enumerations.emplace(type, prefix).second) {
     return;
   }

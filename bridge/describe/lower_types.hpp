@@ -53,8 +53,9 @@ class TypeLowering {
 
   /// The shape of a message that is made of these values.
   /// @param name  "pkg/msg/Name"; if it is taken by another definition, a number is put behind it.
+  /// @param begins_with_error  the first value is Method::error.
   std::optional<std::size_t> shape_of(const std::vector<Value>& values, const std::string& name,
-                                      const std::string& source);
+                                      const std::string& source, bool begins_with_error = false);
 
   [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
   [[nodiscard]] std::string package_of(const std::string& scope) const;
@@ -70,6 +71,7 @@ class TypeLowering {
 
   std::optional<std::size_t> structure(const Type& type, const Owner& owner);
   std::optional<std::size_t> made(Shape shape, const Owner& owner, bool is_fixed);
+  [[nodiscard]] const Type& resolved_element(const Type& type) const;
   bool add_uses(Shape& shape, const std::vector<Value>& values, const Owner& owner, bool is_choice,
                 bool keeps_names);
   std::optional<Shape::Use> use_of(const Value& value, const Owner& owner, const std::string& name,

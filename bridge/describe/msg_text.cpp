@@ -67,8 +67,9 @@ std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& 
   const std::string_view package = std::string_view{definition.name}.substr(0, definition.name.find('/'));
   for (const messages::Field& field : definition.fields) {
     add_notes(text, lowered, definition.name + "." + field.name);
-    text += fmt::format("{} {}{}{}\n", type_text(field.type, package), field.name,
+    text += fmt::format("{} {}{}{}", type_text(field.type, package), field.name,
                         field.default_value.empty() ? "" : " ", field.default_value);
+    text += field.mark.empty() ? "\n" : fmt::format("  {}{}\n", messages::mark_comment, field.mark);
   }
   return text;
 }

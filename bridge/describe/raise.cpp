@@ -1,8 +1,16 @@
 #include "bridge/describe/raise.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <tuple>
 #include <utility>
+
+#include "bridge/describe/marks.hpp"
+#include "bridge/messages/types/number_text.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -20,24 +28,123 @@ bool is_alike(const Value& a, const Value& b) {
          a.optional == b.optional && a.default_value == b.default_value;
 }
 
+bool is_alike(const std::vector<Enumerator>& a, const std::vector<Enumerator>& b) {
+  return std::ranges::equal(
+      a, b, [](const Enumerator& x, const Enumerator& y) { return x.name == y.name && x.value == y.value; });
+}
+
 /// Whether the two are one type: of one message, or both without a name, and with the same bytes.
 bool is_alike(const Type& a, const Type& b) {
   return a.kind == b.kind && a.ros_name == b.ros_name && a.name == b.name && a.primitive == b.primitive &&
          a.wire == b.wire && a.min_size == b.min_size && a.max_size == b.max_size &&
-         a.fixed_size == b.fixed_size && a.invalid_value == b.invalid_value && a.minimum == b.minimum &&
-         a.maximum == b.maximum && a.selectors == b.selectors && a.base == b.base &&
-         is_alike(a.element, b.element) && is_alike(a.key, b.key) &&
+         a.fixed_size == b.fixed_size && a.scope == b.scope && is_alike(a.enumerators, b.enumerators) &&
+         a.invalid_value == b.invalid_value && a.minimum == b.minimum && a.maximum == b.maximum &&
+         a.selectors == b.selectors && a.base == b.base && is_alike(a.element, b.element) &&
+         is_alike(a.key, b.key) &&
          std::ranges::equal(a.members, b.members,
                             [](const Value& x, const Value& y) { return is_alike(x, y); });
 }
+
+/// The constants of a message that are enumerators of its fields: those of each "GEAR_", the longest one that
+/// a constant begins with.
+class Enumerations {
+ public:
+  using Constants = std::map<std::string, std::vector<const messages::Constant*>>;  ///< by prefix
+
+  /// @param beside  the request of a response: it has the constants that both have.
+  Enumerations(const messages::TypeTree& tree, const messages::MessageDefinition& definition,
+               const messages::MessageDefinition* beside) {
+    add_uses(tree, definition);
+    const auto own = uses_;
+    if (beside != nullptr) {
+      add_uses(tree, *beside);
+      for (const messages::Constant& constant : beside->constants) {
+        add(constant);
+      }
+    }
+    for (const messages::Constant& constant : definition.constants) {
+      add(constant);
+    }
+    uses_ = own;
+  }
+
+  /// Nothing: the field is none.
+  static std::optional<std::string_view> name_of(const messages::Field& field) {
+    std::string_view mark = field.mark;
+    const auto word = mark.substr(0, mark.find(' '));
+    if ((word != marks::enumeration && word != marks::error) || !field.type.primitive ||
+        !is_whole(*field.type.primitive)) {
+      return std::nullopt;
+    }
+    mark.remove_prefix(std::min(word.size() + 1, mark.size()));
+    return mark;
+  }
+
+  [[nodiscard]] std::vector<const messages::Constant*> of(const std::string& prefix, Primitive type) const {
+    std::vector<const messages::Constant*> all;
+    if (const auto found = constants_.find(prefix); found != constants_.end()) {
+      std::ranges::copy_if(found->second, std::back_inserter(all),
+                           [&](const messages::Constant* one) { return one->type == type; });
+    }
+    return all;
+  }
+
+  /// Whether a constant is an enumerator of a field of the message itself.
+  [[nodiscard]] bool has(const messages::Constant& constant) const {
+    const std::string prefix = prefix_of(constant);
+    return !prefix.empty() && uses_.contains({prefix, constant.type});
+  }
+
+ private:
+  static bool is_whole(Primitive primitive) {
+    return primitive != Primitive::boolean && primitive != Primitive::float32 &&
+           primitive != Primitive::float64 && messages::width(primitive) != 0;
+  }
+
+  void add_uses(const messages::TypeTree& tree, const messages::MessageDefinition& definition) {
+    for (const messages::Field& field : definition.fields) {
+      // Those of the array that a message stands for are in both.
+      const bool stands_for_array = field.mark == marks::array && !field.type.primitive;
+      const auto& fields =
+          stands_for_array ? tree.messages[field.type.message_index].fields : definition.fields;
+      const messages::Field& marked = stands_for_array && fields.size() == 1 ? fields[0] : field;
+      if (const auto name = name_of(marked)) {
+        uses_.emplace(marks::prefix_of(*name, field.name), *marked.type.primitive);
+        prefixes_.insert(marks::prefix_of(*name, field.name));
+      }
+    }
+  }
+
+  /// The longest one of ours; empty: none.
+  [[nodiscard]] std::string prefix_of(const messages::Constant& constant) const {
+    for (std::size_t end = constant.name.rfind('_'); end != std::string::npos && end > 0;
+         end = constant.name.rfind('_', end - 1)) {
+      if (std::string prefix = constant.name.substr(0, end + 1);
+          prefix.size() < constant.name.size() && prefixes_.contains(prefix)) {
+        return prefix;
+      }
+    }
+    return {};
+  }
+
+  void add(const messages::Constant& constant) {
+    if (const std::string prefix = prefix_of(constant); !prefix.empty()) {
+      constants_[prefix].push_back(&constant);
+    }
+  }
+
+  Constants constants_{};
+  std::set<std::pair<std::string, Primitive>> uses_{};
+  std::set<std::string> prefixes_{};
+};
 
 /// One payload. What holds in a message is found as the conversion finds it: what its field says, else what
 /// its type says, else what the payload does.
 class Raising {
  public:
   Raising(Model& model, const messages::TypeTree& tree, const MessageRules& rules,
-          std::vector<std::string>& lost)
-      : model_{model}, tree_{tree}, rules_{rules}, lost_{lost} {}
+          std::vector<std::string>& lost, const messages::MessageDefinition* beside = nullptr)
+      : model_{model}, tree_{tree}, rules_{rules}, lost_{lost}, beside_{beside} {}
 
   Value root(std::string name) {
     const messages::MessageDefinition& definition = tree_.root();
@@ -76,7 +183,7 @@ class Raising {
     }
     for (const messages::Field& field : definition.fields) {
       if (own.form == Form::structure || own.form == Form::choice || own.form == Form::bits8) {
-        type.members.push_back(member(field, own, is_bits));
+        type.members.push_back(member(definition, field, own, is_bits));
       }
     }
     if (type.members.empty() && own.form == Form::structure) {
@@ -90,7 +197,8 @@ class Raising {
     return index;
   }
 
-  Value member(const messages::Field& field, const TypeRules& own, bool is_bits) {
+  Value member(const messages::MessageDefinition& of, const messages::Field& field, const TypeRules& own,
+               bool is_bits) {
     static const FieldRules none;
     const auto found = own.fields.find(field.name);
     const FieldRules& rules = found == own.fields.end() ? none : found->second;
@@ -98,14 +206,20 @@ class Raising {
     // A T[<=1] that is no array: a member that may be missing, or one of a choice.
     const bool may_be_missing = field.type.array == ArrayKind::bounded && field.type.array_size == 1 &&
                                 (own.form == Form::choice || tag != own.tags.end());
-    Value value = element(field, own, rules, is_bits);
-    if (field.type.array != ArrayKind::none && !may_be_missing) {
+    Value value{};
+    if (field.type.array == ArrayKind::none || may_be_missing) {
+      value = element(of, field, own, rules, is_bits);
+    } else {
       const bool is_fixed = field.type.array == ArrayKind::fixed;
       Type array{.kind = Kind::array,
                  .wire = default_wire(Kind::array),
-                 .element = std::move(value),
                  .max_size = field.type.array_size,
                  .fixed_size = is_fixed};
+      if (field.mark == marks::bytes && field.type.primitive == Primitive::uint8) {
+        array.kind = Kind::bytes;
+      } else if (!make_map(array, field, rules)) {
+        array.element = element(of, field, own, rules, is_bits);
+      }
       array.wire.length = is_bits ? FieldWidth::none
                                   : rules.array_length.value_or(is_fixed ? rules_.payload.fixed_array_length
                                                                          : rules_.payload.array_length);
@@ -123,12 +237,96 @@ class Raising {
     return value;
   }
 
+  /// Whether the field's message has no bytes of its own.
+  [[nodiscard]] bool is_bare(const FieldRules& rules, const TypeRules& type) {
+    return type.form == Form::structure && frame(rules, type, {}).length == FieldWidth::none;
+  }
+
+  /// Makes a map of an array of pairs; false: the field is none.
+  bool make_map(Type& array, const messages::Field& field, const FieldRules& rules) {
+    if (field.mark != marks::map || field.type.primitive) {
+      return false;
+    }
+    constexpr std::string_view end = "Entry";
+    const messages::MessageDefinition& pair = tree_.messages[field.type.message_index];
+    const TypeRules& own = rules_of(rules.variant.empty() ? pair.name : rules.variant);
+    if (pair.fields.size() != 2 || pair.fields[0].name != "key" || pair.fields[1].name != "value" ||
+        !is_bare(rules, own)) {
+      return false;
+    }
+    array.kind = Kind::map;
+    array.ros_name = pair.name;
+    array.scope = pair.name.substr(0, pair.name.find('/'));
+    array.name = pair.name.substr(pair.name.rfind('/') + 1);
+    if (array.name.size() > end.size() && array.name.ends_with(end)) {
+      array.name.resize(array.name.size() - end.size());
+    }
+    array.key = member(pair, pair.fields[0], own, false);
+    array.element = member(pair, pair.fields[1], own, false);
+    array.key.name.clear();
+    array.element.name.clear();
+    return true;
+  }
+
+  /// The enumeration of a marked field.
+  TypeIndex enumeration(const messages::MessageDefinition& of, const messages::Field& field,
+                        std::string_view name) {
+    const std::string prefix = marks::prefix_of(name, field.name);
+    const Primitive primitive = *field.type.primitive;
+    const auto [known, is_new] = known_enumerations_.try_emplace({&of, prefix, primitive}, no_type);
+    if (!is_new) {
+      return known->second;
+    }
+    Type type{.kind = Kind::enumeration,
+              .scope = of.name.substr(0, of.name.find('/')),
+              .primitive = primitive,
+              .wire = default_wire(Kind::enumeration)};
+    for (const messages::Constant* const one : enumerations_of(of).of(prefix, primitive)) {
+      const auto value =
+          primitive == Primitive::uint64
+              ? static_cast<std::int64_t>(messages::read_integer<std::uint64_t>(one->value).value_or(0))
+              : messages::read_integer<std::int64_t>(one->value).value_or(0);
+      type.enumerators.push_back({.name = one->name.substr(prefix.size()), .value = value});
+    }
+    if (name.empty()) {
+      type.scope.clear();
+      return known->second = add_once(std::move(type));
+    }
+    // One of the same name with other enumerators is another one.
+    for (unsigned number = 1;; ++number) {
+      type.name = std::string{name} + (number == 1 ? "" : std::to_string(number));
+      const auto same = std::ranges::find_if(model_.types, [&](const Type& one) {
+        return one.kind == Kind::enumeration && one.name == type.name && one.scope == type.scope;
+      });
+      if (same == model_.types.end() || is_alike(same->enumerators, type.enumerators)) {
+        return known->second = add_once(std::move(type));
+      }
+    }
+  }
+
+  const Enumerations& enumerations_of(const messages::MessageDefinition& definition) {
+    const auto known = enumerations_.find(&definition);
+    return known != enumerations_.end() ? known->second
+                                        : enumerations_
+                                              .try_emplace(&definition, tree_, definition,
+                                                           &definition == &tree_.root() ? beside_ : nullptr)
+                                              .first->second;
+  }
+
   /// What is no array, or an element of one.
-  Value element(const messages::Field& field, const TypeRules& own, const FieldRules& rules, bool is_bit) {
+  Value element(const messages::MessageDefinition& of, const messages::Field& field, const TypeRules& own,
+                const FieldRules& rules, bool is_bit) {
     const messages::FieldType& type = field.type;
     if (!type.primitive) {
       const messages::MessageDefinition& definition = tree_.messages[type.message_index];
       const std::string& key = rules.variant.empty() ? definition.name : rules.variant;
+      if (const TypeRules& inner = rules_of(key);
+          field.mark == marks::array && definition.fields.size() == 1 &&
+          definition.fields[0].type.array != ArrayKind::none && is_bare(rules, inner)) {
+        Value value = member(definition, definition.fields[0], inner, false);
+        value.name.clear();
+        return value;
+      }
       Value value{.type = message(definition, key, rules.selectors)};
       value.wire = frame(rules, rules_of(key), definition.name);
       return value;
@@ -149,7 +347,9 @@ class Raising {
       wire.fixed_bytes = fixed != own.fixed_strings.end() ? fixed->second : 0;
       return value_of(model_, text(*type.primitive, type.string_bound, wire), {});
     }
-    Value value = value_of(model_, primitive(*type.primitive), {});
+    const auto name = Enumerations::name_of(field);
+    const TypeIndex index = name ? enumeration(of, field, *name) : no_type;
+    Value value = value_of(model_, index != no_type ? index : primitive(*type.primitive), {});
     value.wire.bits = is_bit ? std::uint8_t{1} : rules.bits;
     return value;
   }
@@ -183,7 +383,11 @@ class Raising {
     if (std::ranges::find(model_.constants, definition.name, &Constant::scope) != model_.constants.end()) {
       return;
     }
+    const Enumerations& enumerations = enumerations_of(definition);
     for (const messages::Constant& constant : definition.constants) {
+      if (enumerations.has(constant)) {
+        continue;
+      }
       const bool is_text = messages::width(constant.type) == 0;
       model_.constants.push_back(
           {.name = constant.name,
@@ -211,8 +415,11 @@ class Raising {
       return TypeIndex{static_cast<std::uint32_t>(found - model_.types.begin())};
     }
     if (!type.name.empty()) {
-      // The same message with other rules.
-      const auto first = std::ranges::find(model_.types, type.ros_name, &Type::ros_name);
+      // The same message, map or enumeration with other rules.
+      const auto first = std::ranges::find_if(model_.types, [&](const Type& one) {
+        return (one.kind == type.kind || !type.ros_name.empty()) && one.ros_name == type.ros_name &&
+               one.name == type.name && one.scope == type.scope;
+      });
       if (first != model_.types.end()) {
         type.variant_of = TypeIndex{static_cast<std::uint32_t>(first - model_.types.begin())};
       }
@@ -224,6 +431,11 @@ class Raising {
   const messages::TypeTree& tree_;
   const MessageRules& rules_;
   std::vector<std::string>& lost_;
+  const messages::MessageDefinition* beside_;  ///< see Enumerations
+  std::map<const messages::MessageDefinition*, Enumerations> enumerations_{};
+  /// By message, prefix and what is on the wire.
+  std::map<std::tuple<const messages::MessageDefinition*, std::string, Primitive>, TypeIndex>
+      known_enumerations_{};
   std::map<std::pair<std::string, std::vector<std::uint32_t>>, TypeIndex> known_{};
 };
 
@@ -281,7 +493,8 @@ Method raise(Model& model, const messages::ServiceTypes& types, const MessageRul
     method.request.values = {Raising{model, types.request, rules, lost}.root("request")};
   }
   if (!types.response.root().fields.empty()) {
-    method.response.values = {Raising{model, types.response, rules, lost}.root("response")};
+    Raising response{model, types.response, rules, lost, &types.request.root()};
+    method.response.values = {response.root("response")};
   }
   return method;
 }

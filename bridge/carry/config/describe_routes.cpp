@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bridge/carry/config/load.hpp"
+#include "bridge/describe/marks.hpp"
 #include "bridge/describe/raise.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/describe/sources/sources.hpp"
@@ -193,7 +194,7 @@ class RouteFile {
       field.has_notifier = true;
       field.notifier = route.event;
       field.eventgroups = {route.eventgroup};
-      field.notifier_transfer = transfer(route.transport, route.tp);
+      field.notifier_transfer = transfer(route.transport, route.tp, element);
       field.e2e = protection_of(child(child(element, "e2e"), "event"));
       if (route.getter) {
         field.has_getter = true;
@@ -210,7 +211,7 @@ class RouteFile {
                           .id = route.event,
                           .payload = payload(*tree, route.rules, route.mark),
                           .eventgroups = {route.eventgroup},
-                          .transfer = transfer(route.transport, route.tp)};
+                          .transfer = transfer(route.transport, route.tp, element)};
     event.e2e = protection_of(child(element, "e2e"));
     unwrap(service, event.name, "", event.payload);
     event.ros_name = route.topic;
@@ -247,7 +248,7 @@ class RouteFile {
       const bool is_getter = route.access == messages::FieldAccess::get;
       (is_getter ? field.has_getter : field.has_setter) = true;
       (is_getter ? field.getter : field.setter) = route.method;
-      (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp);
+      (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp, element);
       return;
     }
     if (std::ranges::find(service.methods, std::optional{route.method}, &describe::Method::id) !=
@@ -269,12 +270,14 @@ class RouteFile {
     if (route.timeout == MethodRoute{}.timeout) {
       method.timeout.reset();
     }
-    (is_offered ? method.response_transfer : method.request_transfer) = transfer(transport, route.tp);
-    method.request_transfer.transport = transport;
-    method.response_transfer.transport = transport;
+    // One setting for both ways.
+    method.request_transfer = transfer(transport, route.tp, element);
+    method.response_transfer =
+        method.fire_and_forget ? describe::Transfer{.transport = transport} : method.request_transfer;
     method.e2e = protection_of(child(element, "e2e"));
     unwrap(service, method.name, "_Request", method.request);
     unwrap(service, method.name, "_Response", method.response);
+    take_error(types->response.root(), method);
     method.ros_name = route.ros_service;
     method.place = {0, route.mark};
     service.methods.push_back(std::move(method));
@@ -304,12 +307,32 @@ class RouteFile {
     }
     const describe::Value& value = payload.values.front();
     const describe::Type& type = reading_.model.at(value.type);
-    const std::string made = describe::ros_type_name(service.name) + describe::ros_type_name(member) + end;
-    if (type.kind == describe::Kind::structure && type.name == made &&
-        value.wire.length == someip::FieldWidth::none &&
+    const std::string of_service = describe::ros_type_name(service.name);
+    // "CarAny" of "any_value", which was "any": a topic cannot have that name.
+    const bool is_made =
+        type.name == of_service + describe::ros_type_name(member) + end ||
+        (type.name.starts_with(of_service) && type.name.ends_with(end) &&
+         type.name.size() > of_service.size() + std::string_view{end}.size() &&
+         describe::ros_field_name(type.name.substr(
+             of_service.size(), type.name.size() - of_service.size() - std::string_view{end}.size())) ==
+             member);
+    if (type.kind == describe::Kind::structure && is_made && value.wire.length == someip::FieldWidth::none &&
         (service.scope.empty() || service.scope == type.scope)) {
       service.scope = type.scope;
       payload.values = std::vector<describe::Value>{type.members};
+    }
+  }
+
+  /// A first value of the answer that is marked as the error of the method is that.
+  static void take_error(const messages::MessageDefinition& response, describe::Method& method) {
+    std::vector<describe::Value>& values = method.response.values;
+    if (values.empty() || response.fields.empty() || values.front().name != response.fields.front().name) {
+      return;
+    }
+    const std::string& mark = response.fields.front().mark;
+    if (mark.substr(0, mark.find(' ')) == describe::marks::error) {
+      method.error = values.front().type;
+      values.erase(values.begin());
     }
   }
 
@@ -321,14 +344,15 @@ class RouteFile {
     return payload;
   }
 
-  static describe::Transfer transfer(Transport transport, const TpSettings& tp) {
+  /// Of the settings only what stands in the file.
+  static describe::Transfer transfer(Transport transport, const TpSettings& tp, const YAML::Node& element) {
     describe::Transfer transfer{.transport = transport};
-    if (tp.segment_bytes != someip::TpPacing{}.segment_bytes) {
+    const YAML::Node written = child(element, "tp");
+    if (child(written, "segment_bytes").IsDefined()) {
       transfer.segment_bytes = static_cast<std::uint32_t>(tp.segment_bytes);
     }
-    transfer.separation = std::chrono::duration_cast<std::chrono::microseconds>(tp.separation);
-    if (tp.separation == someip::TpPacing{}.separation) {
-      transfer.separation = {};
+    if (child(written, "separation").IsDefined()) {
+      transfer.separation = std::chrono::duration_cast<std::chrono::microseconds>(tp.separation);
     }
     return transfer;
   }

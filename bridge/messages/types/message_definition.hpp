@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// ROS 2 messages as data: what a file says, and a type with everything it is made of.
@@ -111,7 +112,13 @@ struct Field {
   std::string default_value;  ///< as written; empty: none. Never on the wire.
   int line = 0;               ///< in its file, from 1
   int column = 0;             ///< of the type
+  /// "bytes" of a comment "# trestle: bytes" behind the field: what it was in the interface description that
+  /// the file was made of. Empty: nothing else. docs/describe_types.md has the list. Plays no part in ROS.
+  std::string mark{};
 };
+
+/// What such a comment begins with.
+inline constexpr std::string_view mark_comment = "# trestle: ";
 
 /// A constant of a message; never on the wire.
 struct Constant {

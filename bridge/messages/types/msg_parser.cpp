@@ -40,6 +40,9 @@ std::optional<Primitive> primitive_named(std::string_view name) {
   return found == primitive_names.end() ? std::nullopt : std::optional{found->second};
 }
 
+/// A longer comment is none of ours.
+constexpr std::size_t max_mark_bytes = 1024;
+
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
@@ -86,7 +89,9 @@ class LineParser {
 
   /// Adds the line's field or constant to the message; false: error() says what is wrong.
   bool parse() {
-    line_ = line_.substr(0, comment_begin(line_));
+    const std::size_t comment_at = comment_begin(line_);
+    read_mark(line_.substr(comment_at));
+    line_ = line_.substr(0, comment_at);
     while (!line_.empty() && (is_blank(line_.back()) || line_.back() == '\r')) {  // '\r' of "\r\n"
       line_.remove_suffix(1);
     }
@@ -129,6 +134,15 @@ class LineParser {
   }
 
  private:
+  void read_mark(std::string_view comment) {
+    if (!comment.starts_with(mark_comment) || comment.size() > max_mark_bytes) {
+      return;
+    }
+    comment.remove_prefix(mark_comment.size());
+    const std::size_t last = comment.find_last_not_of(" \t\r");
+    mark_ = last == std::string_view::npos ? std::string_view{} : comment.substr(0, last + 1);
+  }
+
   bool read_constant(const FieldType& type, std::size_t type_at, const std::string& name) {
     if (!type.primitive || type.array != ArrayKind::none) {
       return fail(type_at, "a constant must be of a primitive type, and no array");
@@ -159,8 +173,8 @@ class LineParser {
         return fail(at_, std::move(complaint));
       }
     }
-    into_.fields.push_back(
-        {name, std::move(type), std::string{value}, number_, static_cast<int>(type_at) + 1});
+    into_.fields.push_back({name, std::move(type), std::string{value}, number_, static_cast<int>(type_at) + 1,
+                            std::string{mark_}});
     return true;
   }
 
@@ -275,6 +289,7 @@ class LineParser {
   std::string_view line_;
   int number_;
   MessageDefinition& into_;
+  std::string_view mark_{};
   std::size_t at_ = 0;
   std::size_t error_at_ = 0;
   std::string error_;

@@ -105,7 +105,8 @@ TEST(Lower, MakesConstantsOfEnumerations) {
   EXPECT_EQ(text_of(lower(model), "test/msg/DoorChanged"),
             "int16 LEVEL_VERY_LOW=-1\nint16 LEVEL_HIGH=3\nuint64 MORE_VERY_LOW=18446744073709551615\nuint64 "
             "MORE_HIGH=3\nuint64 MORE_TOP=18446744073709551615\n"
-            "int16 level\nint16 other\nuint64 more\n");
+            "int16 level  # trestle: enumeration Level\nint16 other  # trestle: enumeration Level\n"
+            "uint64 more  # trestle: enumeration More\n");
   EXPECT_EQ(lower(model).sources.at("test/msg/DoorChanged.LEVEL_VERY_LOW"), "Level.veryLow");
 }
 
@@ -125,7 +126,7 @@ TEST(Lower, PutsAMessageBetweenArraysOfArrays) {
   inner.wire.length = FieldWidth::bits8;
   event(model, {value(model, "rows", array_of(model, inner))});
   const Lowered lowered = lower(model);
-  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"), "DoorChangedRows[] rows\n");
+  EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"), "DoorChangedRows[] rows  # trestle: array\n");
   EXPECT_EQ(text_of(lowered, "test/msg/DoorChangedRows"), "uint16[] elements\n");
   EXPECT_EQ(payload_of(model, R"({"rows": [{"elements": [1, 2]}, {"elements": []}]})"),
             "00000006"
@@ -155,7 +156,8 @@ TEST(Lower, MakesChoicesOfOptionalFields) {
   model.at(choice).wire = default_wire(Kind::choice);
   model.at(choice).selectors = {5, 9};
   event(model, {value(model, "shape", choice)});
-  EXPECT_EQ(text_of(lower(model), "test/msg/Shape"), "uint8[<=1] dot\nShapeLine[<=1] line\n");
+  EXPECT_EQ(text_of(lower(model), "test/msg/Shape"),
+            "uint8[<=1] dot\nShapeLine[<=1] line  # trestle: array\n");
   EXPECT_EQ(payload_of(model, R"({"shape": {"line": [{"elements": [1, 2]}]}})"),
             "00000006"
             "00000009"
@@ -281,7 +283,8 @@ TEST(Lower, MakesServicesOfMethods) {
   ASSERT_EQ(lowered.members.size(), 2U);
   EXPECT_EQ(lowered.members[0].type, "test/srv/DoorOpen");
   EXPECT_EQ(srv_text(lowered, "test/srv/DoorOpen"),
-            "uint8 door\n---\nuint8 FAILURE_OK=0\nuint8 FAILURE_STUCK=1\nuint8 error\nuint16 taken\n");
+            "uint8 door\n---\nuint8 FAILURE_OK=0\nuint8 FAILURE_STUCK=1\nuint8 error  # trestle: error "
+            "Failure\nuint16 taken\n");
   EXPECT_EQ(srv_text(lowered, "test/srv/DoorClose"), "---\n");
   const auto source = std::make_shared<ModelSource>(lowered, "Door.fidl");
   auto library = messages::TypeLibrary::of({source});
@@ -355,9 +358,156 @@ TEST(Lower, WritesConstantsOfBothMessagesOnce) {
   turn.response.values = {value(model, "to", sides), value(model, "speed", model.add(side))};
   model.services.push_back({.name = "Door", .scope = "org.test"});
   model.services[0].methods = {turn};
-  EXPECT_EQ(
-      srv_text(lower(model), "test/srv/DoorTurn"),
-      "uint8 SIDE_LEFT=0\nuint8 SIDE_RIGHT=1\nuint8 to\n---\nuint8 SPEED_SLOW=0\nuint8 to\nuint8 speed\n");
+  EXPECT_EQ(srv_text(lower(model), "test/srv/DoorTurn"),
+            "uint8 SIDE_LEFT=0\nuint8 SIDE_RIGHT=1\nuint8 to  # trestle: enumeration Side\n---\n"
+            "uint8 SPEED_SLOW=0\nuint8 to  # trestle: enumeration Side\nuint8 speed  # trestle: enumeration "
+            "Speed\n");
+}
+
+/// What the files say that lower() makes.
+messages::TypeLibrary library_of_texts(const Lowered& lowered) {
+  messages::TypeLibrary library;
+  for (const auto& definition : lowered.definitions) {
+    const std::size_t part = definition.name.rfind("_Request");
+    if (definition.name.find("/msg/") != std::string::npos) {
+      library.define(*messages::interface_name(definition.name), msg_text(lowered, definition));
+    } else if (part != std::string::npos) {
+      const std::string service = definition.name.substr(0, part);
+      library.define(*messages::interface_name(service), srv_text(lowered, service));
+    }
+  }
+  return library;
+}
+
+TEST(Raise, MakesAgainWhatMarksSay) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  Type gear{.kind = Kind::enumeration, .name = "Gear", .scope = "org.test", .primitive = Primitive::uint16};
+  gear.enumerators = {{.name = "PARK", .value = 0}, {.name = "DRIVE", .value = 3}};
+  const TypeIndex gears = model.add(gear);
+  Type box{.kind = Kind::enumeration, .name = "GearBox", .scope = "org.test", .primitive = Primitive::uint16};
+  box.enumerators = {{.name = "OPEN", .value = 7}};
+  const TypeIndex boxes = model.add(box);
+  const TypeIndex image = model.add({.kind = Kind::bytes,
+                                     .name = "Image",
+                                     .scope = "org.test",
+                                     .wire = default_wire(Kind::bytes),
+                                     .max_size = 9});
+  Type seats{.kind = Kind::map, .name = "Seats", .scope = "org.test", .wire = default_wire(Kind::map)};
+  seats.key = value(model, "", gears);
+  seats.element = value(model, "", text(model));
+  const Value row = value(model, "", array_of(model, value(model, "", byte)));
+  const TypeIndex all =
+      structure(model, "All",
+                {value(model, "gear", gears), value(model, "gears", array_of(model, value(model, "", gears))),
+                 value(model, "box", boxes), value(model, "image", image),
+                 value(model, "seats", model.add(seats)), value(model, "rows", array_of(model, row)),
+                 value(model, "plain", array_of(model, value(model, "", byte)))});
+  Type any{.kind = Kind::choice, .name = "Any", .scope = "org.test", .wire = default_wire(Kind::choice)};
+  any.members = {value(model, "gears", array_of(model, value(model, "", gears))),
+                 value(model, "small", byte)};
+  const TypeIndex anys = model.add(any);
+  model.constants.push_back({.name = "LIMIT", .type = byte, .value = "5", .scope = "org.test"});
+  event(model, {value(model, "all", all), value(model, "any", anys)});
+
+  const Lowered first = lower(model);
+  Model again;
+  auto library = library_of_texts(first);
+  const auto tree = library.resolve("test/msg/DoorChanged");
+  ASSERT_TRUE(tree) << to_string(tree.error());
+  // That of a choice is in the rules.
+  std::vector<std::string> without;
+  ASSERT_FALSE(first.members.empty());
+  ASSERT_FALSE(raise(again, *tree, first.members[0].rules, "data", without).values.empty());
+  EXPECT_THAT(without, IsEmpty());
+  const auto type_of = [&](const std::string& name) -> const Type& {
+    const auto found = std::ranges::find(again.types, name, &Type::name);
+    EXPECT_NE(found, again.types.end()) << name;
+    return found == again.types.end() ? again.types.front() : *found;
+  };
+  const auto member = [&](const std::string& type, const std::string& name) -> const Type& {
+    const auto& members = type_of(type).members;
+    const auto found = std::ranges::find(members, name, &Value::name);
+    EXPECT_NE(found, members.end()) << name;
+    return again.at(found->type);
+  };
+  EXPECT_EQ(type_of("Gear").kind, Kind::enumeration);
+  ASSERT_EQ(type_of("Gear").enumerators.size(), 2U);
+  EXPECT_EQ(type_of("Gear").enumerators[1].name, "DRIVE");
+  EXPECT_EQ(type_of("Gear").enumerators[1].value, 3);
+  EXPECT_EQ(type_of("Gear").primitive, Primitive::uint16);
+  ASSERT_EQ(type_of("GearBox").enumerators.size(), 1U);
+  EXPECT_EQ(member("All", "gear").name, "Gear");
+  EXPECT_EQ(again.at(member("All", "gears").element.type).name, "Gear");
+  EXPECT_EQ(member("All", "box").name, "GearBox");
+  EXPECT_EQ(member("All", "image").kind, Kind::bytes);
+  EXPECT_EQ(member("All", "image").max_size, 9U);
+  EXPECT_EQ(member("All", "seats").kind, Kind::map);
+  EXPECT_EQ(member("All", "seats").name, "Seats");
+  EXPECT_EQ(again.at(member("All", "seats").key.type).name, "Gear");
+  EXPECT_EQ(member("All", "rows").kind, Kind::array);
+  EXPECT_EQ(again.at(member("All", "rows").element.type).kind, Kind::array);
+  EXPECT_EQ(member("All", "plain").kind, Kind::array);
+  EXPECT_EQ(again.at(member("Any", "gears").element.type).name, "Gear");
+  EXPECT_EQ(std::ranges::count(again.types, std::string{"Gear"}, &Type::name), 1);
+  EXPECT_THAT(again.constants, IsEmpty());
+
+  // And the same files are made of that.
+  again.services.push_back({.name = "Door", .scope = "org.test"});
+  const Lowered second = lower(again);
+  EXPECT_THAT(second.not_carried, IsEmpty());
+  for (const auto& definition : tree->messages) {
+    const auto* const there = second.definition(definition.name);
+    ASSERT_NE(there, nullptr) << definition.name;
+    EXPECT_EQ(msg_text(second, *there), msg_text(first, *first.definition(definition.name)));
+  }
+}
+
+TEST(Raise, FindsConstantsOfAResponseInTheRequest) {
+  Model model;
+  Type side{.kind = Kind::enumeration, .name = "Side", .scope = "org.test", .primitive = Primitive::uint8};
+  side.enumerators = {{.name = "LEFT", .value = 0}, {.name = "RIGHT", .value = 1}};
+  const TypeIndex sides = model.add(side);
+  Method turn{.name = "turn"};
+  turn.request.values = {value(model, "to", sides)};
+  turn.response.values = {value(model, "reached", sides)};
+  side.name = "Fault";
+  side.enumerators = {{.name = "NONE", .value = 0}};
+  turn.error = model.add(side);
+  model.services.push_back({.name = "Door", .scope = "org.test"});
+  model.services[0].methods = {turn};
+  const Lowered lowered = lower(model);
+  EXPECT_EQ(srv_text(lowered, "test/srv/DoorTurn"),
+            "uint8 SIDE_LEFT=0\nuint8 SIDE_RIGHT=1\nuint8 to  # trestle: enumeration Side\n---\n"
+            "uint8 FAULT_NONE=0\nuint8 error  # trestle: error Fault\nuint8 reached  # trestle: enumeration "
+            "Side\n");
+  auto library = library_of_texts(lowered);
+  const auto types = library.resolve_service("test/srv/DoorTurn");
+  ASSERT_TRUE(types) << to_string(types.error());
+  Model again;
+  const Method method = raise(again, *types, "turn");
+  const Type& request = again.at(method.request.values.at(0).type);
+  const Type& response = again.at(method.response.values.at(0).type);
+  EXPECT_EQ(again.at(request.members.at(0).type).name, "Side");
+  EXPECT_EQ(response.members.at(1).type, request.members.at(0).type);
+  EXPECT_EQ(again.at(response.members.at(0).type).name, "Fault");
+}
+
+TEST(Raise, TakesMarksThatDoNotFitForComments) {
+  messages::TypeLibrary library;
+  library.define(*messages::interface_name("a/msg/B"), "uint8 key\n");
+  library.define(*messages::interface_name("a/msg/A"),
+                 "string text  # trestle: enumeration Text\nbool[] flags  # trestle: bytes\n"
+                 "B[] bs  # trestle: map\nB b  # trestle: array\nuint8 x  # trestle: nonsense\n");
+  const auto tree = library.resolve("a/msg/A");
+  ASSERT_TRUE(tree) << to_string(tree.error());
+  Model model;
+  const Type& type = model.at(raise(model, *tree));
+  EXPECT_EQ(model.at(type.members.at(0).type).kind, Kind::string);
+  EXPECT_EQ(model.at(type.members.at(1).type).kind, Kind::array);
+  EXPECT_EQ(model.at(type.members.at(2).type).kind, Kind::array);
+  EXPECT_EQ(model.at(type.members.at(3).type).kind, Kind::structure);
+  EXPECT_EQ(model.at(type.members.at(4).type).kind, Kind::primitive);
 }
 
 TEST(Raise, KeepsTheBytesOfTheSpecification) {

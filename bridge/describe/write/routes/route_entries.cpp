@@ -124,7 +124,7 @@ class Entries {
     put_version(node);
     put_transport(node, event.transfer.transport);
     put_multicast(node, event.eventgroups.front(), event.transfer.transport);
-    put_tp(node, event.transfer, side_ == Side::server);
+    put_tp(node, event.name, event.transfer, event.place);
     put_protection(node, event.e2e, "");
     put_wire(node, lowered->rules);
     if (event.eventgroups.size() > 1) {
@@ -156,7 +156,8 @@ class Entries {
     if (method.timeout) {
       node["timeout"] = documents::to_string(Duration{*method.timeout});
     }
-    put_tp(node, side_ == Side::client ? method.request_transfer : method.response_transfer, true);
+    put_tp(node, method.name, side_ == Side::client ? method.request_transfer : method.response_transfer,
+           method.place);
     put_protection(node, method.e2e, "");
     put_wire(node, lowered->rules);
     if (!method.fire_and_forget && lowered->response != lowered->rules) {
@@ -206,7 +207,14 @@ class Entries {
     };
     other(field.has_getter, field.getter_transfer, "getter");
     other(field.has_setter, field.setter_transfer, "setter");
-    put_tp(node, side_ == Side::server ? field.notifier_transfer : field.setter_transfer, true);
+    // What this side sends, if there is such a part.
+    const bool is_notifier = field.has_notifier && (side_ == Side::server || !field.has_setter);
+    const bool is_setter = field.has_setter && !is_notifier;
+    put_tp(node, field.name,
+           is_notifier ? field.notifier_transfer
+           : is_setter ? field.setter_transfer
+                       : field.getter_transfer,
+           field.place);
     put_protection(node, field.e2e, "event");
     put_wire(node, lowered->rules);
     std::vector<const Transfer*> transfers;
@@ -289,15 +297,23 @@ class Entries {
     multicast["threshold"] = fmt::to_string(found->threshold);
     node["multicast"] = multicast;
   }
-  static void put_tp(YAML::Node& node, const Transfer& transfer, bool we_send) {
-    if (!we_send || transfer.transport == Transport::tcp) {
-      return;
-    }
+  /// Also where the other side sends: a receiver needs none of it, but whoever reads the file does.
+  void put_tp(YAML::Node& node, const std::string& member, const Transfer& transfer, const Place& place) {
+    constexpr std::uint32_t most_bytes = 1392;
+    constexpr std::chrono::microseconds longest = std::chrono::seconds{1};
     YAML::Node tp{YAML::NodeType::Map};
-    if (const std::uint32_t bytes = transfer.segment_bytes / 16 * 16; bytes != 0) {
-      tp["segment_bytes"] = fmt::to_string(bytes);
+    if (const std::uint32_t bytes = transfer.segment_bytes; bytes != 0) {
+      const std::uint32_t written = std::min(bytes, most_bytes) / 16 * 16;
+      if (written != bytes) {
+        lacks(member, fmt::format("segments of {} bytes: a multiple of 16, of at most 1392", bytes), place);
+      }
+      if (written != 0) {
+        tp["segment_bytes"] = fmt::to_string(written);
+      }
     }
-    if (transfer.separation.count() > 0) {
+    if (transfer.separation > longest) {
+      lacks(member, "a pause between segments of more than 1 s", place);
+    } else if (transfer.separation.count() > 0) {
       tp["separation"] = documents::to_string(Duration{transfer.separation});
       tp["burst"] = "1";
     }

@@ -1,0 +1,27 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "bridge/describe/ros_names.hpp"
+
+/// What messages::Field::mark says of fields that lower() made of something that ROS has no form for, and by
+/// which raise() makes the same again: docs/describe_types.md.
+namespace trestle::describe::marks {
+
+inline constexpr std::string_view bytes = "bytes";  ///< a byte buffer
+inline constexpr std::string_view map = "map";      ///< of the pairs of the message
+/// The message stands for its only field, an array: in an array, or in a choice.
+inline constexpr std::string_view array = "array";
+/// And a blank and the enumeration's name, if it has one. Its enumerators are the constants that begin with
+/// prefix_of().
+inline constexpr std::string_view enumeration = "enumeration";
+/// The same of Method::error.
+inline constexpr std::string_view error = "error";
+
+/// What the constants of an enumeration begin with: "GEAR_" of "Gear".
+/// @param field  that has the enumeration, whose name holds where the enumeration has none.
+[[nodiscard]] inline std::string prefix_of(std::string_view enumeration_name, std::string_view field) {
+  return ros_constant_name(enumeration_name.empty() ? field : enumeration_name) + "_";
+}
+
+}  // namespace trestle::describe::marks
