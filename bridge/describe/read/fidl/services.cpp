@@ -126,6 +126,14 @@ void Maker::service(const Collection& collection) {
   service.place = tree.name.place;
   service.notes = tree.notes;
   service.id = id<someip::ServiceId>(collection.node, "SomeIpServiceID");
+  if (service.id == someip::ServiceId{}) {
+    // Reserved by the specification; other tools' files have it where nobody has chosen one yet.
+    findings_.warning(collection.node->setting("SomeIpServiceID")->key.place,
+                      fmt::format("the SomeIpServiceID of {} is 0, which no service can have; it is taken "
+                                  "for none",
+                                  documents::quote(service.name)));
+    service.id.reset();
+  }
   service.has_version = tree.has_version;
   if (!tree.has_version) {
     findings_.warning(

@@ -566,7 +566,7 @@ Block Deployment::interface(const Container& container) {
   kept(block, service.notes, {"DefaultTimeout"}, service.name);
   const Inherited inherited{plan_.service(service.base)};
   for (const Field& field : service.fields) {
-    if (!inherited.fields.contains(field.name)) {
+    if (!inherited.fields.contains(field.name) && plan_.is_written(field)) {
       block.children.push_back(attribute(field));
     }
   }

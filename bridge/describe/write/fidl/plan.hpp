@@ -47,6 +47,10 @@ class Plan {
   [[nodiscard]] bool is_inline(TypeIndex type) const;
   /// Nothing can be written for it, as for a structure without members.
   [[nodiscard]] bool is_left_out(TypeIndex type) const { return left_out_.contains(root(type)); }
+  /// FIDL has no attribute without a value.
+  [[nodiscard]] bool is_written(const Field& field) const {
+    return field.payload.values.size() == 1 && !is_left_out(field.payload.values.front().type);
+  }
   /// "UInt8", "S", "a.b.Types.S": without [].
   [[nodiscard]] std::string reference(TypeIndex type, const Container& from) const;
   /// "a.b.Interface" of "/a/b/Interface"; empty if there is no such service.

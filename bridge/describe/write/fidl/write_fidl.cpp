@@ -340,7 +340,7 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
 }
 
 void Writer::attribute(std::string& text, const Container& in, const Field& field) {
-  if (field.payload.values.size() != 1 || plan_.is_left_out(field.payload.values.front().type)) {
+  if (!plan_.is_written(field)) {
     lose(field.name, "an attribute without a value", field.place);
     return;
   }

@@ -7,6 +7,7 @@
 namespace trestle::describe {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -57,6 +58,17 @@ Reading deployed(const std::string& members, const std::string& deployment, cons
 
 const Value& only_value(const Reading& reading) {
   return reading.model.services.at(0).fields.at(0).payload.values.at(0);
+}
+
+TEST(ReadFidl, TakesAServiceIdOfNothingForNone) {
+  const Reading reading = read({{"I.fidl", "package a.b\ninterface I {\nversion { major 1 minor 2 }\n}\n"},
+                                {"I.fdepl", v2 + std::string{"import \"I.fidl\"\n"} + spec +
+                                                "interface a.b.I {\nSomeIpServiceID = 0\n}\n"}},
+                               {"I.fdepl"});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading), ElementsAre(AllOf(HasSubstr("I.fdepl:4:1: warning: "), HasSubstr("'I' is 0"))));
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  EXPECT_FALSE(reading.model.services[0].id);
 }
 
 TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {

@@ -13,6 +13,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 std::string all_problems(const Reading& reading) {
   std::string all;
@@ -311,6 +312,22 @@ TEST(WriteFidl, RenamesWordsOfFidlAndCppAndKeepsTheNames) {
   EXPECT_THAT(text, HasSubstr("<** @details : name: int **>"));
   EXPECT_THAT(text, HasSubstr("broadcast double_ {"));
   expect_round_trip(with_names(), "names");
+}
+
+TEST(WriteFidl, DeploysNoAttributeThatItDoesNotWrite) {
+  Model model;
+  Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
+  // As in a configuration of vsomeip, which does not say what is in it.
+  service.fields.push_back({.name = "field_0778",
+                            .payload = {.known = false},
+                            .notifier = someip::MethodId{0x778},
+                            .has_getter = false,
+                            .has_setter = false});
+  model.services.push_back(std::move(service));
+  const Written written = write_fidl(model);
+  EXPECT_THAT(lost(written), Contains("field_0778: an attribute without a value"));
+  EXPECT_THAT(all_text(written), Not(HasSubstr("field_0778")));
+  EXPECT_TRUE(read_back(written).ok()) << all_problems(read_back(written));
 }
 
 TEST(WriteFidl, TellsWhatItCannotCarry) {
