@@ -12,6 +12,7 @@ namespace trestle::describe {
 namespace {
 
 using namespace std::chrono_literals;
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -98,6 +99,29 @@ TEST(ReadVsomeip, ReadsServicesAndTheirEndpoints) {
   EXPECT_EQ(reading.model.machines[0].sd_multicast, IpAddress::v4(224, 244, 224, 245));
 }
 
+TEST(ReadVsomeip, TellsOnceOfEachKeyThatItLeavesOut) {
+  const Reading reading = read_one(R"({
+    "servces": [{"service": 1}],
+    "services": [
+      {"service": "1", "instance": "1", "reliable": {"port": "30506", "enable-magic-cookies": "true"}, "evnts": []},
+      {"service": "2", "instance": "1", "reliable": {"port": "30507", "enable-magic-cookies": "true"}, "evnts": []}],
+    "clients": [{"service": "3", "instance": "1", "reliable": ["40000"], "unreliable": [40001]},
+                {"service": "4", "instance": "1", "reliable": ["40002"]},
+                {"reliable_client_ports": {"first": 1, "last": 2}}],
+    "service-discovery": {"tttl": 3}})");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre(HasSubstr("config/car.json:2:5: warning: vsomeip knows no key 'servces' of a vsomeip "
+                            "configuration: it is left out; did you mean 'services'?"),
+                  AllOf(HasSubstr("config/car.json:4:"), HasSubstr("'enable-magic-cookies'")),
+                  AllOf(HasSubstr("config/car.json:4:"), HasSubstr("'evnts'"), HasSubstr("'events'")),
+                  AllOf(HasSubstr("config/car.json:6:"), HasSubstr("'reliable'"), HasSubstr("clients")),
+                  AllOf(HasSubstr("config/car.json:6:"), HasSubstr("'unreliable'")),
+                  AllOf(HasSubstr("config/car.json:8:"), HasSubstr("'reliable_client_ports'")),
+                  AllOf(HasSubstr("config/car.json:9:"), HasSubstr("'tttl'"), HasSubstr("'ttl'"))));
+}
+
 TEST(ReadVsomeip, ReadsWhatOlderReleasesHad) {
   const Reading reading = read_one(R"({
     "unicast": "192.168.0.1",
@@ -112,7 +136,7 @@ TEST(ReadVsomeip, ReadsWhatOlderReleasesHad) {
     "routing": "routingmanagerd",
     "service-discovery": {"enable": "false"}
   })");
-  ASSERT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(told(reading), ElementsAre(HasSubstr("'unreliable': the ports of clients are left out")));
   ASSERT_THAT(reading.model.services, SizeIs(2));
   const Service& service = reading.model.services[0];
   ASSERT_THAT(service.events, SizeIs(2));

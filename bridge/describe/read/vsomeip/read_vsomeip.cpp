@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bridge/describe/read/vsomeip/vsomeip_reader.hpp"
+#include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -116,12 +117,35 @@ const JsonNode* VsomeipReader::object(const JsonNode* node, const std::string& w
   return node;
 }
 
+void VsomeipReader::check_keys(const JsonNode& node, const VsomeipKeys& known) {
+  // So that there is room for other problems, and a file of nothing but such keys takes no longer.
+  constexpr std::size_t most = 30;
+  for (const JsonNode& member : node.members) {
+    if (std::ranges::find(known.names, member.name) != known.names.end() || told_keys_.size() >= most ||
+        !told_keys_.emplace(known.of, member.name).second) {
+      continue;
+    }
+    const std::string likely = documents::nearest(member.name, {known.names.begin(), known.names.end()});
+    problems_->warning(
+        member.name_mark,
+        fmt::format("vsomeip knows no key {} of {}: it is left out{}", documents::quote(member.name),
+                    known.of, likely.empty() ? "" : "; did you mean " + documents::quote(likely) + "?"));
+  }
+}
+
+void VsomeipReader::left_out(const JsonNode* member, const std::string& what) {
+  if (member != nullptr && told_keys_.emplace("left out", member->name).second) {
+    problems_->warning(member->name_mark, documents::quote(member->name) + ": " + what);
+  }
+}
+
 void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Problems& problems) {
   file_ = file;
   problems_ = &problems;
   if (object(&root, "a vsomeip configuration") == nullptr) {
     return;
   }
+  check_keys(root, vsomeip_keys::root);
   // Of what is said twice vsomeip takes the first.
   if (const auto own = address(root.find("unicast"), "the host's address"); own && !settings_.address) {
     settings_.address = own;
@@ -134,10 +158,14 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
   }
   services(root.find("services"));
   each(root.find("servicegroups"), "a group of services", JsonNode::Kind::object,
-       [this](const JsonNode& group) { services(group.find("services")); });
+       [this](const JsonNode& group) {
+         check_keys(group, vsomeip_keys::group_of_services);
+         services(group.find("services"));
+       });
   each(root.find("clients"), "a client", JsonNode::Kind::object,
        [this](const JsonNode& one) { client(one); });
   if (const JsonNode* e2e = object(root.find("e2e"), "settings of E2E")) {
+    check_keys(*e2e, vsomeip_keys::e2e);
     if (truth(e2e->find("e2e_enabled"), true)) {
       each(e2e->find("protected"), "what is protected", JsonNode::Kind::object,
            [this](const JsonNode& one) { protection(one); });
@@ -146,6 +174,7 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
 }
 
 void VsomeipReader::discovery(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::discovery);
   settings_.sd = truth(node.find("enable"), true);
   if (const auto group = address(node.find("multicast"), "the group of service discovery")) {
     settings_.sd_multicast = group;
@@ -173,6 +202,7 @@ void VsomeipReader::discovery(const JsonNode& node) {
 }
 
 void VsomeipReader::npdu_defaults(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::npdu_defaults);
   const auto time = [&](const char* key, std::chrono::microseconds& to) {
     if (const auto value = milliseconds(node.find(key), key)) {
       to = *value;
@@ -200,6 +230,11 @@ Event& VsomeipReader::add_event(Service& service, Event event) {
 }
 
 void VsomeipReader::client(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::client);
+  for (const char* key : {"reliable", "unreliable", "reliable_client_ports", "reliable_remote_ports",
+                          "unreliable_client_ports", "unreliable_remote_ports"}) {
+    left_out(node.find(key), "the ports of clients are left out");
+  }
   if (node.find("service") == nullptr) {
     return;  // ranges of ports for all services
   }
@@ -255,6 +290,7 @@ void VsomeipReader::profile(const JsonNode& node, std::string_view name, Protect
 }
 
 void VsomeipReader::protection(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::protection);
   const auto service = id<someip::ServiceId>(node.find("service_id"), "a service id");
   const auto event = id<someip::MethodId>(node.find("event_id"), "an event or method id");
   const JsonNode* name = node.find("profile");

@@ -19,6 +19,7 @@ void VsomeipReader::services(const JsonNode* node) {
 }
 
 void VsomeipReader::service(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::service);
   const JsonNode* service_node = node.find("service");
   const JsonNode* instance_node = node.find("instance");
   if (service_node == nullptr || instance_node == nullptr) {
@@ -62,9 +63,16 @@ void VsomeipReader::service(const JsonNode& node) {
       }
       reliability = first;
     }
-    return reliability != nullptr && reliability->kind == JsonNode::Kind::object
-               ? port(reliability->find("port"), what)
-               : port(reliability, what);
+    if (reliability == nullptr || reliability->kind != JsonNode::Kind::object) {
+      return port(reliability, what);
+    }
+    check_keys(*reliability, vsomeip_keys::port);
+    for (const char* key : {"enable-magic-cookies", "magic-cookies"}) {
+      if (const JsonNode* cookies = reliability->find(key); truth(cookies, false)) {
+        left_out(cookies, "magic cookies are left out");
+      }
+    }
+    return port(reliability->find("port"), what);
   };
   instance.tcp_port = endpoint(node.find("reliable"), "a TCP port");
   instance.udp_port = endpoint(node.find("unreliable"), "a UDP port");
@@ -74,6 +82,7 @@ void VsomeipReader::service(const JsonNode& node) {
        [&](const JsonNode& one) { event(one, service, instance); });
   std::optional<Endpoint> shared;  // of older releases: one group for all eventgroups of the service
   if (const JsonNode* group = object(node.find("multicast"), "a multicast group")) {
+    check_keys(*group, vsomeip_keys::multicast);
     if (const auto group_address = address(group->find("address"), "the address of a group")) {
       shared = Endpoint{*group_address, port(group->find("port"), "the port of a group").value_or(0)};
     }
@@ -85,6 +94,7 @@ void VsomeipReader::service(const JsonNode& node) {
     tp(*settings, service, instance);
   }
   if (const JsonNode* times = object(node.find("debounce-times"), "times of nPDUs")) {
+    check_keys(*times, vsomeip_keys::debounce);
     for (const bool is_request : {true, false}) {
       if (const JsonNode* part =
               object(times->find(is_request ? "requests" : "responses"), "times by method")) {
@@ -96,6 +106,7 @@ void VsomeipReader::service(const JsonNode& node) {
 }
 
 void VsomeipReader::event(const JsonNode& node, Service& service, const Instance& instance) {
+  check_keys(node, vsomeip_keys::event);
   const auto id = this->id<someip::MethodId>(node.find("event"), "an event id");
   if (!id) {
     if (node.find("event") == nullptr) {
@@ -137,6 +148,7 @@ void VsomeipReader::event(const JsonNode& node, Service& service, const Instance
 void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint>& shared, Multicast& group) {
   const JsonNode* multicast = node.find("multicast");
   if (multicast != nullptr && multicast->kind == JsonNode::Kind::object) {
+    check_keys(*multicast, vsomeip_keys::multicast);
     if (const auto found = address(multicast->find("address"), "the address of a group")) {
       group.group = {*found, port(multicast->find("port"), "the port of a group").value_or(0)};
     }
@@ -153,6 +165,7 @@ void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint
 
 void VsomeipReader::eventgroup(const JsonNode& node, const std::optional<Endpoint>& shared,
                                std::size_t service, Instance& instance) {
+  check_keys(node, vsomeip_keys::eventgroup);
   const auto id = this->id<someip::EventgroupId>(node.find("eventgroup"), "an eventgroup id");
   if (!id) {
     if (node.find("eventgroup") == nullptr) {
@@ -248,6 +261,7 @@ Transfer& VsomeipReader::transfer_of(Service& service, someip::MethodId id, bool
 }
 
 void VsomeipReader::tp(const JsonNode& node, Service& service, const Instance& instance) {
+  check_keys(node, vsomeip_keys::tp);
   each(node.find("client-to-service"), "a method", JsonNode::Kind::string,
        [&](const JsonNode& one) { tp_of(one, true, service, instance); });
   each(node.find("service-to-client"), "a method or event", JsonNode::Kind::string,
@@ -269,6 +283,7 @@ void VsomeipReader::tp_of(const JsonNode& node, bool is_request, Service& servic
   if (!is_object) {
     return;
   }
+  check_keys(node, vsomeip_keys::tp_of_method);
   if (const auto bytes = number(node.find("max-segment-length"), "the bytes of a segment", 16, 0xffff)) {
     transfer.segment_bytes = static_cast<std::uint32_t>(*bytes / 16 * 16);
     if (*bytes % 16 != 0) {
@@ -292,6 +307,7 @@ void VsomeipReader::debounce(const JsonNode& node, bool is_request, Service& ser
     }
     Transfer& transfer =
         transfer_of(service, static_cast<someip::MethodId>(*number), is_request, instance, member);
+    check_keys(member, vsomeip_keys::debounce_of_method);
     const Transfer& usual = is_request ? settings_.requests : settings_.responses;
     transfer.debounce = usual.debounce;
     transfer.retention = usual.retention;

@@ -12,6 +12,7 @@
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/read/problems.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
+#include "bridge/describe/read/vsomeip/vsomeip_keys.hpp"
 
 namespace trestle::describe {
 
@@ -76,6 +77,11 @@ class VsomeipReader {
   void each(const JsonNode* node, const std::string& what, JsonNode::Kind kind, const Each& each);
   [[nodiscard]] const JsonNode* object(const JsonNode* node, const std::string& what);
 
+  /// Warns of keys that vsomeip does not know; of each once, however many objects have it.
+  void check_keys(const JsonNode& node, const VsomeipKeys& known);
+  /// Warns of something that is left out, once.
+  void left_out(const JsonNode* member, const std::string& what);
+
   void error(const JsonNode& node, std::string text);
   void warning(const JsonNode& node, std::string text);
   [[nodiscard]] Place place(const JsonNode& node) const { return {file_, node.mark}; }
@@ -120,6 +126,7 @@ class VsomeipReader {
   std::map<someip::EventgroupId, std::size_t> multicast_;  ///< of the instance that is being read
   std::set<InstanceKey> provided_;
   std::set<InstanceKey> required_;
+  std::set<std::pair<std::string_view, std::string>> told_keys_;
   VsomeipSettings settings_;
   std::vector<Protected> protected_;
   std::uint32_t file_ = 0;

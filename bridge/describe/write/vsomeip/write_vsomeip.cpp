@@ -116,7 +116,7 @@ class VsomeipWriter {
     Json json{{"enable", "true"}};
     json["multicast"] = machine != nullptr && machine->sd_multicast
                             ? someip::to_string(*machine->sd_multicast)
-                            : std::string{"224.224.224.245"};
+                            : std::string{"224.244.224.245"};
     json["port"] = text(machine != nullptr ? machine->sd_port.value_or(30490) : 30490);
     json["protocol"] = "udp";
     const auto timed =
