@@ -14,6 +14,8 @@
 namespace trestle::generate {
 namespace {
 
+constexpr std::size_t max_warnings = 100;
+
 /// A connection that both sides can find their step in again; no message of a service.  [feat_req_someip_586]
 bool is_magic_cookie(const someip::Header& header) {
   return header.service == someip::ServiceId{0xffff} && someip::value(header.method) != 0x8100;
@@ -26,6 +28,7 @@ void CaptureModel::Seen::add(const someip::Message& message, const traffic::Plac
     first_frame = place.frame;
   }
   there = true;
+  ++messages;
   most_bytes = std::max(most_bytes, static_cast<std::uint32_t>(message.payload.size()));
   transport = place.transport.value_or(Transport::udp);
 }
@@ -69,6 +72,7 @@ bool CaptureModel::message(const traffic::Place& place, std::size_t offset, cons
       member.answered = true;
       break;
     case someip::MessageType::error:
+      ++member.errors;
       member.answered = true;
       break;
     case someip::MessageType::notification:
@@ -115,8 +119,9 @@ void CaptureModel::broken_frame(const traffic::Place&, const traffic::Violation&
   ++passed_over_;
 }
 
-describe::Model CaptureModel::model(const std::string& file) const {
-  describe::Model model;
+describe::Reading CaptureModel::reading(const std::string& file) const {
+  describe::Reading reading;
+  describe::Model& model = reading.model;
   model.files = {file};
   std::map<someip::ServiceId, describe::Service> services;
   const auto service_of = [&](someip::ServiceId id) -> describe::Service& {
@@ -172,14 +177,31 @@ describe::Model CaptureModel::model(const std::string& file) const {
     if (!service.has_version) {
       service.major = member.interface_version;
     }
-    if (member.event.there) {
+    bool has_event = member.event.there;
+    bool has_method = member.request.there || member.answered;
+    if (has_event && has_method) {
+      const std::uint64_t of_method = member.request.messages + member.response.messages + member.errors;
+      const bool is_event = member.event.messages > of_method;
+      (is_event ? has_method : has_event) = false;
+      if (reading.problems.size() < max_warnings) {
+        reading.problems.push_back(
+            {.severity = documents::Problem::Severity::warning,
+             .file = file,
+             .mark = {},
+             .text = fmt::format("{} has a method and an event of the id 0x{:04x}: {} messages are of the "
+                                 "method, {} of the event; the {} is left out",
+                                 service.name, someip::value(id), of_method, member.event.messages,
+                                 is_event ? "method" : "event")});
+      }
+    }
+    if (has_event) {
       describe::Event event{.name = fmt::format("event_{:04x}", someip::value(id)), .id = id};
       event.transfer.transport = member.event.transport;
       event.observed_bytes = member.event.most_bytes;
       event.payload.known = false;
       service.events.push_back(std::move(event));
     }
-    if (member.request.there || member.answered) {
+    if (has_method) {
       describe::Method method{.name = fmt::format("method_{:04x}", someip::value(id)), .id = id};
       method.fire_and_forget = member.fire_and_forget && !member.answered;
       method.request_transfer.transport = member.request.transport;
@@ -200,7 +222,7 @@ describe::Model CaptureModel::model(const std::string& file) const {
     }
     model.services.push_back(std::move(service));
   }
-  return model;
+  return reading;
 }
 
 describe::Reading read_capture(const std::string& file) {
@@ -220,7 +242,7 @@ describe::Reading read_capture(const std::string& file) {
     }
     traffic.finish();
     reader.finish();
-    reading.model = sink.model(file);
+    reading = sink.reading(file);
     if (!capture.error().empty()) {
       error("the capture cannot be read to its end: " + capture.error());
     } else if (sink.messages() == 0) {

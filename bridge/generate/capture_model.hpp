@@ -32,8 +32,11 @@ class CaptureModel : public traffic::MessageSink {
   void sd_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to, TimePoint now);
 
   /// All that was seen until now.
+  ///
+  /// Of a method and an event of one id, which no interface has, the one with more messages is there, and a
+  /// warning tells of the other one.
   /// @param file  the name of the capture, for Model::files.
-  [[nodiscard]] describe::Model model(const std::string& file) const;
+  [[nodiscard]] describe::Reading reading(const std::string& file) const;
 
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   /// What was no message, and messages of services or members beyond the limits.
@@ -46,6 +49,7 @@ class CaptureModel : public traffic::MessageSink {
   /// One direction of one method, or an event.
   struct Seen {
     std::uint32_t most_bytes = 0;
+    std::uint64_t messages = 0;
     Transport transport = Transport::udp;
     bool there = false;
     std::uint64_t first_frame = 0;
@@ -55,6 +59,7 @@ class CaptureModel : public traffic::MessageSink {
     Seen request{};
     Seen response{};
     Seen event{};
+    std::uint64_t errors = 0;
     bool answered = false;
     bool fire_and_forget = false;
     std::uint8_t interface_version = 1;

@@ -121,13 +121,15 @@ class Search {
       const describe::Service& service = model.services[at];
       for (std::size_t i = 0; i < service.events.size(); ++i) {
         const describe::Event& event = service.events[i];
-        add(service, event.name, "", at, i, LoweredMember::Kind::event, event.payload, event.e2e);
+        add(service, describe::member_key(event.name, event.selector), "", at, i, LoweredMember::Kind::event,
+            event.payload, event.e2e);
       }
       for (std::size_t i = 0; i < service.methods.size(); ++i) {
         const describe::Method& method = service.methods[i];
-        add(service, method.name, "request", at, i, LoweredMember::Kind::method, method.request, method.e2e);
+        const std::string name = describe::member_key(method.name, method.selector);
+        add(service, name, "request", at, i, LoweredMember::Kind::method, method.request, method.e2e);
         if (!method.fire_and_forget) {
-          add(service, method.name, "response", at, i, LoweredMember::Kind::method,
+          add(service, name, "response", at, i, LoweredMember::Kind::method,
               describe::response_of(model, method), method.e2e);
         }
       }

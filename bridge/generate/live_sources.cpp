@@ -67,7 +67,7 @@ describe::Reading listen_to_network(const std::string& where, cli::NetworkOption
     frames.check();
     frames_of.finish();
     reader.finish();
-    reading.model = sink.model(place);
+    reading = sink.reading(place);
     if (sink.messages() == 0) {
       reading.problems.push_back({.severity = documents::Problem::Severity::warning,
                                   .file = place,

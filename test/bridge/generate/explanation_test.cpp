@@ -46,6 +46,21 @@ constexpr const char* door =
     "broadcast moved { out { Opening opening } }\n"
     "broadcast chosen { out { Any any } }\n";
 
+TEST(Explain, FindsMembersByTheirSelectors) {
+  const describe::System system = system_of(
+      "method m { in { UInt8 a } }\nmethod m:one { in { UInt16 b } }\nmethod m:two { in { UInt32 c } }\n"
+      "broadcast b:one { out { UInt8 d } }\n");
+  const auto one = explain(system, "Door.m:one.request", {});
+  ASSERT_TRUE(one) << one.error();
+  ASSERT_THAT(*one, SizeIs(1));
+  EXPECT_THAT(lines_of(one->front()), ElementsAre("0 2 b uint16"));
+  ASSERT_TRUE(explain(system, "car.Door.b:one", {}));
+  const auto none = explain(system, "Door.something_else", {});
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error(), HasSubstr("Door.m:one"));
+  EXPECT_THAT(none.error(), HasSubstr("Door.m:two"));
+}
+
 TEST(Explain, ShowsRealBytesWithTheirValues) {
   const describe::System system = system_of(door);
   ASSERT_TRUE(system.good);
