@@ -456,7 +456,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       xml.open("TEMPLATE-ARGUMENTS");
       template_argument(element);
       xml.close();
-      if (type.min_size > 0) {
+      if (type.min_size > 0 && !(fixed && type.min_size == type.max_size)) {
         lost(label, "its least number of elements", type.place);
       }
       break;

@@ -17,6 +17,7 @@ using ::testing::Contains;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using namespace std::chrono_literals;
 
 Value value(std::string name, TypeIndex type, Wire wire = {}) {
@@ -259,8 +260,8 @@ TEST(WriteArxml, GivesStringsWithoutLengthFieldTheirSizes) {
                                     .element = value("", text, usual)});
   const TypeIndex many =
       model.add({.kind = Kind::array, .wire = default_wire(Kind::array), .element = value("", u8)});
-  const TypeIndex three =
-      model.add({.kind = Kind::array, .element = value("", u8), .max_size = 3, .fixed_size = true});
+  const TypeIndex three = model.add(
+      {.kind = Kind::array, .element = value("", u8), .min_size = 3, .max_size = 3, .fixed_size = true});
   Wire twelve = usual;
   twelve.length = someip::FieldWidth::none;
   twelve.fixed_bytes = 12;
@@ -284,6 +285,8 @@ TEST(WriteArxml, GivesStringsWithoutLengthFieldTheirSizes) {
   const auto value_of = [&](std::size_t event) -> const Value& {
     return events.at(event).payload.values.at(0);
   };
+  EXPECT_THAT(file.not_carried, Not(Contains(Field(&NotCarried::what, HasSubstr("least number")))))
+      << "of an array of fixed size";
   const Type& read_fixed = reading.model.at(value_of(0).type);
   EXPECT_EQ(read_fixed.members.at(1).wire, twelve);
   EXPECT_TRUE(reading.model.at(read_fixed.members.at(0).type).fixed_size);
