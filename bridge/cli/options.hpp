@@ -2,6 +2,7 @@
 //
 //   options.hpp         options of the network, services, types and payloads; option.hpp: any option
 //   interface_options.hpp  --interfaces, and arguments that are names
+//   protection.hpp      end-to-end protection, as the descriptions have it
 //   session.hpp         an io_context with time limit, signals and output
 //   exit_status.hpp     what every command returns
 //   on_signal.hpp, signals.hpp  Ctrl-C and SIGUSR1

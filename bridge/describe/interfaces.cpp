@@ -324,6 +324,19 @@ std::string Interfaces::eventgroup_name(someip::ServiceId id, someip::Eventgroup
   return at == found->eventgroups.end() ? std::string{} : at->name;
 }
 
+const Protection* Interfaces::protection(const ServiceElement& element) const {
+  const Service& service = system_.model.services[element.service];
+  const Protection* e2e = nullptr;
+  if (element.part == Part::event) {
+    e2e = &service.events[element.member].e2e;
+  } else if (element.part == Part::method) {
+    e2e = &service.methods[element.member].e2e;
+  } else if (element.part == Part::notifier) {
+    e2e = &service.fields[element.member].e2e;
+  }
+  return e2e == nullptr || e2e->profile.empty() ? nullptr : e2e;
+}
+
 const Content& Interfaces::content(const ServiceElement& element, bool is_answer) const {
   auto& content = contents_[{&element, is_answer}];
   if (content == nullptr) {
@@ -341,16 +354,13 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
   }
   const LoweredMember* const lowered =
       system_.lowered.member(kind_of(element.part), element.service, element.member);
-  const Protection* e2e = nullptr;
   std::string type = lowered == nullptr ? "" : lowered->type;
   switch (element.part) {
     case Part::event:
-      e2e = &service.events[element.member].e2e;
       content.is_empty = service.events[element.member].payload.values.empty();
       break;
     case Part::method: {
       const Method& method = service.methods[element.member];
-      e2e = &method.e2e;
       content.is_empty = is_answer ? method.response.values.empty() && method.error == no_type
                                    : method.request.values.empty();
       type += messages::service_suffixes[is_answer ? 1 : 0];
@@ -360,12 +370,10 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
       content.is_empty = !is_answer;
       break;
     case Part::notifier:
-      e2e = &service.fields[element.member].e2e;
-      break;
     case Part::setter:
       break;
   }
-  if (e2e != nullptr) {
+  if (const Protection* const e2e = protection(element)) {
     const auto header = protection_header(*e2e);
     if (!header) {
       content.unknown = "E2E profile " + e2e->profile;

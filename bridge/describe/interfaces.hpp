@@ -85,6 +85,9 @@ class Interfaces {
   /// Empty: it has no name.
   [[nodiscard]] std::string eventgroup_name(someip::ServiceId service, someip::EventgroupId eventgroup) const;
 
+  /// Its end-to-end protection; null: it has none. Of a field it is that of the notifier alone.
+  [[nodiscard]] const Protection* protection(const ServiceElement& element) const;
+
   /// What a request to an element carries, or an event.
   [[nodiscard]] const Content& content(const ServiceElement& element) const {
     return content(element, false);

@@ -84,6 +84,9 @@ void add_members(Service& to, const Service& from) {
       if (known.eventgroups.empty()) {
         known.eventgroups = event.eventgroups;
       }
+      if (known.e2e.profile.empty()) {
+        known.e2e = event.e2e;
+      }
       fill(known.observed_bytes, event.observed_bytes);
     }
   }
@@ -92,6 +95,9 @@ void add_members(Service& to, const Service& from) {
       Method& known = *same->second;
       add_transfer(known.request_transfer, method.request_transfer);
       add_transfer(known.response_transfer, method.response_transfer);
+      if (known.e2e.profile.empty()) {
+        known.e2e = method.e2e;
+      }
       fill(known.observed_bytes, method.observed_bytes);
     }
   }

@@ -18,14 +18,13 @@
 #include <string>
 #include <vector>
 
+#include "bridge/describe/e2e_settings.hpp"
 #include "bridge/documents/problem.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/messages/types/field_service.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/core/settings.hpp"
-#include "someip/core/e2e/config.hpp"
-#include "someip/core/e2e/state_machine.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
@@ -117,16 +116,7 @@ struct MulticastSettings {
   friend constexpr bool operator==(const MulticastSettings&, const MulticastSettings&) = default;
 };
 
-/// End-to-end protection of a route's event, or of a method's requests and answers. Positions count from the
-/// Request ID, or from the payload if that is all that is protected.  [feat_req_someip_102]
-struct E2eSettings {
-  someip::e2e::Config profile{};
-  someip::e2e::StateMachineConfig state_machine{};  ///< of what is received
-  bool payload_only = false;    ///< the SOME/IP header is left out, as vsomeip does with profile 1
-  bool pass_failed = false;     ///< what is received and fails the check is carried nevertheless
-  std::uint32_t source_id = 0;  ///< profiles 4m, 7m, 44m, server: someip: who calls
-  friend bool operator==(const E2eSettings&, const E2eSettings&) = default;
-};
+using describe::E2eSettings;
 
 /// Where the states of methods and of end-to-end protection are published.
 struct DiagnosticsSettings {

@@ -43,13 +43,17 @@ const describe::Content* content_of(const describe::Interfaces& interfaces,
   }
 }
 
-std::optional<Misfit> misfit_of(const describe::Content& content, ByteView payload) {
+std::optional<Misfit> misfit_of(const describe::Content& content, ByteView payload, bool has_header) {
   if (!content.values) {
     return std::nullopt;
   }
+  const std::size_t header_bytes = has_header ? content.e2e.bytes : 0;
   std::vector<std::byte> header;
-  const std::vector<std::byte> rest = content.without_header(payload, &header);
-  if (header.size() != content.e2e.bytes) {
+  std::vector<std::byte> rest{payload.begin(), payload.end()};
+  if (has_header) {
+    rest = content.without_header(payload, &header);
+  }
+  if (header.size() != header_bytes) {
     return Misfit{payload.size(), "",
                   fmt::format("an E2E header of {} bytes at byte {} wanted, {} bytes there",
                               content.e2e.bytes, content.e2e.at, payload.size())};
@@ -58,7 +62,7 @@ std::optional<Misfit> misfit_of(const describe::Content& content, ByteView paylo
   if (!fault) {
     return std::nullopt;
   }
-  const std::size_t before = fault->offset >= content.e2e.at ? content.e2e.bytes : 0;
+  const std::size_t before = fault->offset >= content.e2e.at ? header_bytes : 0;
   return Misfit{
       fault->offset + before, fault->field,
       fmt::format("{}{}{}", to_string(fault->fault), fault->expected.empty() ? "" : ": ", fault->expected)};

@@ -20,7 +20,9 @@ struct Misfit {
   std::string detail{};
 };
 /// Nothing: it fits, or the description does not say what it is.
-[[nodiscard]] std::optional<Misfit> misfit_of(const describe::Content& content, ByteView payload);
+/// @param has_header  its E2E header, if the description has one, is in the payload.
+[[nodiscard]] std::optional<Misfit> misfit_of(const describe::Content& content, ByteView payload,
+                                              bool has_header = true);
 /// Adds "values", and "e2e" where there is a header; nothing of these for payloads that are not known.
 [[nodiscard]] std::optional<Misfit> add_values(Json& object, const describe::Content& content,
                                                ByteView payload);

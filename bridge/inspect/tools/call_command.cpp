@@ -8,6 +8,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/options.hpp"
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/decode/message_json.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
@@ -79,8 +80,10 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
   proxy.call(spec, std::move(payload), [&](boost::system::error_code error, const sd::Response& response) {
     session.finish();
     const bool answered = response.header.return_code != someip::ReturnCode::ok || !error;
+    const auto* const check = response.check ? &*response.check : nullptr;
+    const std::string failed = check == nullptr ? "" : cli::failed_check(*check, "the answer");
     if (!error || (answered && answer.form() == cli::PayloadOptions::Form::json)) {
-      const PayloadText text = answer_text({response.header, response.payload}, answer);
+      const PayloadText text = answer_text({response.header, response.payload, check}, answer);
       session.print(text.text);
       if (!text.fault.empty()) {
         cli::Session::note("error: " + text.fault);
@@ -89,10 +92,12 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
     }
     status = error ? answered ? cli::exit_error_answer : cli::exit_failure : cli::exit_ok;
     if (error) {
-      cli::Session::note(fmt::format(
-          "error: {}{}{}", error == sd::CallFault::unavailable ? others.nobody_offers() : error.message(),
-          response.payload.empty() ? "" : ": " + hex_digits(response.payload),
-          answered ? possible_errors(answer) : ""));
+      cli::Session::note(fmt::format("error: {}{}{}",
+                                     !failed.empty()                       ? failed
+                                     : error == sd::CallFault::unavailable ? others.nobody_offers()
+                                                                           : error.message(),
+                                     response.payload.empty() ? "" : ": " + hex_digits(response.payload),
+                                     answered ? possible_errors(answer) : ""));
     }
   });
   session.run();
@@ -187,10 +192,6 @@ void apply_description(CallArguments& options, const Method& method, sd::CallSpe
   if (!options.udp && !options.tcp && method.element->transport == Transport::tcp) {
     spec.transport = Transport::tcp;
   }
-  const describe::Content& content = options.interfaces.get()->content(*method.element);
-  if (content.e2e.bytes != 0 && !options.quiet) {
-    cli::Session::warn(method.element->name + " has E2E protection: the request is sent without it");
-  }
 }
 
 int run(CallArguments& options) {
@@ -214,14 +215,22 @@ int run(CallArguments& options) {
     answer = answer.of_element(*options.interfaces.get(), *method.element, true);
   }
   Bytes payload = payload_of(options, request);
+  sd::RequireSpec wanted{.service = service.service,
+                         .instance = service.instance,
+                         .major = static_cast<std::uint8_t>(options.major)};
+  if (method.element != nullptr) {
+    wanted.e2e = cli::protection_of_call(*options.interfaces.get(), *method.element, !options.forget);
+    for (const sd::E2eSpec& e2e : wanted.e2e) {
+      if (std::string why = cli::misfit_of_protection(e2e, method.element->name, payload); !why.empty()) {
+        throw CLI::ValidationError("PAYLOAD", std::move(why));
+      }
+    }
+  }
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.forget ? options.timeout_s : 0};
   sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
-  sd::Proxy proxy{node,
-                  {.service = service.service,
-                   .instance = service.instance,
-                   .major = static_cast<std::uint8_t>(options.major)}};
+  sd::Proxy proxy{node, wanted};
   const OtherVersions others{node, service, options.major, options.quiet};
   const int status = options.forget ? send(proxy, others, spec, std::move(payload), session)
                                     : call(proxy, others, spec, std::move(payload), answer, session);

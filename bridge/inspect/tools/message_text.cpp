@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/inspect/decode/names_json.hpp"
 #include "someip/net/address_text.hpp"
@@ -19,7 +20,8 @@ constexpr std::size_t shown_on_terminal = 128;
 struct Shown {
   std::string values{};  ///< empty: there is no type, or no payload
   std::string fault{};
-  std::string e2e{};     ///< hexadecimal digits of the E2E header
+  std::string e2e{};     ///< hexadecimal digits of the E2E header, of one that was not checked
+  std::string check{};   ///< JSON members: what the E2E check found
   std::string misfit{};  ///< JSON of where it does not fit its description
 };
 
@@ -34,16 +36,25 @@ const describe::Content* content_of(const cli::PayloadOptions& options) {
                                                                                                  : nullptr;
 }
 
-Shown shown(ByteView payload, const cli::PayloadOptions& options) {
+/// @param message  one with a check has no E2E header in its payload.
+Shown shown(const someip::Message& message, const cli::PayloadOptions& options) {
+  using Status = someip::e2e::CheckStatus;
+  const ByteView payload = message.payload;
+  const bool is_checked = message.check != nullptr;
+  const bool is_bad = is_checked && message.check->status == Status::error;
   Shown result;
+  if (is_checked) {
+    result.check = fmt::format("\"e2e_check\":\"{}\",", to_string(message.check->status));
+    result.check += is_bad ? fmt::format("\"e2e_fault\":\"{}\",", to_string(message.check->fault)) : "";
+  }
   const describe::Content* const content = content_of(options);
-  if (options.form() == Form::hex || (payload.empty() && content == nullptr)) {
+  if (options.form() == Form::hex || is_bad || (payload.empty() && content == nullptr)) {
     return result;
   }
   std::vector<std::byte> without_header;
   ByteView rest = payload;
   if (content != nullptr) {
-    if (const auto misfit = misfit_of(*content, payload)) {
+    if (const auto misfit = misfit_of(*content, payload, !is_checked)) {
       result.fault = fmt::format("{}: {} at byte {}{}: {}", options.described()->element->name,
                                  misfit->detail, misfit->offset,
                                  misfit->field.empty() ? "" : " in " + misfit->field, hex_digits(payload));
@@ -54,10 +65,12 @@ Shown shown(ByteView payload, const cli::PayloadOptions& options) {
       result.misfit = error.dump();
       return result;
     }
-    std::vector<std::byte> header;
-    without_header = content->without_header(payload, &header);
-    rest = without_header;
-    result.e2e = hex_digits(header);
+    if (!is_checked) {
+      std::vector<std::byte> header;
+      without_header = content->without_header(payload, &header);
+      rest = without_header;
+      result.e2e = hex_digits(header);
+    }
   }
   if (options.values() == nullptr) {
     return result;
@@ -73,8 +86,9 @@ Shown shown(ByteView payload, const cli::PayloadOptions& options) {
 std::string json_members(const Shown& shown, ByteView payload) {
   const std::string e2e = shown.e2e.empty() ? "" : fmt::format("\"e2e\":\"{}\",", shown.e2e);
   const std::string error = shown.misfit.empty() ? "" : fmt::format(",\"error\":{}", shown.misfit);
-  return e2e + (shown.values.empty() ? fmt::format("\"payload\":\"{}\"{}", hex_digits(payload), error)
-                                     : fmt::format("\"values\":{}", shown.values));
+  return e2e + shown.check +
+         (shown.values.empty() ? fmt::format("\"payload\":\"{}\"{}", hex_digits(payload), error)
+                               : fmt::format("\"values\":{}", shown.values));
 }
 
 std::string names_of(const cli::PayloadOptions& options) {
@@ -94,7 +108,7 @@ PayloadText answer_text(const someip::Message& answer, const cli::PayloadOptions
   }
   // The payload of an error does not have the type of the answer.
   const bool good = answer.header.return_code == someip::ReturnCode::ok;
-  Shown values = good ? shown(answer.payload, options) : Shown{};
+  Shown values = good ? shown(answer, options) : Shown{};
   if (options.form() == Form::yaml || (!values.fault.empty() && values.misfit.empty())) {
     return {std::move(values.values), std::move(values.fault)};
   }
@@ -110,25 +124,29 @@ PayloadText message_text(const someip::Message& message, const Endpoint* from,
                          const cli::PayloadOptions& options) {
   const std::string id = hex_id(someip::value(message.header.method));
   const std::string name = options.described() != nullptr ? options.described()->element->name : id;
+  std::string failed = message.check == nullptr ? "" : cli::failed_check(*message.check, name);
   if (options.form() == Form::hex) {
-    return {fmt::format("{} {}\n", name, hex_digits(message.payload)), {}};
+    return {fmt::format("{} {}\n", name, hex_digits(message.payload)), {}, std::move(failed)};
   }
-  Shown values = shown(message.payload, options);
+  Shown values = shown(message, options);
   if (!values.fault.empty() && values.misfit.empty()) {
-    return {{}, std::move(values.fault)};
+    return {{}, std::move(values.fault), std::move(failed)};
   }
   const unsigned session = someip::value(message.header.session);
   if (options.form() == Form::yaml) {
-    if (!values.fault.empty()) {
-      return {{}, std::move(values.fault)};
+    const bool is_bad = message.check != nullptr && message.check->status == someip::e2e::CheckStatus::error;
+    if (!values.fault.empty() || is_bad) {
+      return {{},
+              std::move(values.fault),
+              is_bad ? fmt::format("{}: {}", failed, hex_digits(message.payload)) : std::move(failed)};
     }
-    return {fmt::format("# {} session {}\n{}---\n", name, session, values.values), {}};
+    return {fmt::format("# {} session {}\n{}---\n", name, session, values.values), {}, std::move(failed)};
   }
   const char* const kind = message.header.type == someip::MessageType::notification ? "event" : "method";
   const std::string source = from == nullptr ? "" : fmt::format("\"src\":\"{}\",", someip::to_string(*from));
   return {fmt::format("{{\"{}\":\"{}\",{}\"session\":{},{}{}}}\n", kind, id, names_of(options), session,
                       source, json_members(values, message.payload)),
-          std::move(values.fault)};
+          std::move(values.fault), std::move(failed)};
 }
 
 }  // namespace trestle::inspect

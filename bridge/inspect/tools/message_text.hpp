@@ -11,6 +11,8 @@ namespace trestle::inspect {
 struct PayloadText {
   std::string text{};   ///< with its line end; may be empty
   std::string fault{};  ///< why the payload is no message of its type; empty: nothing is wrong
+  /// What its end-to-end check found wrong; empty: nothing. After an error its values are not shown.
+  std::string failed_check{};
 };
 
 /// What a payload says.

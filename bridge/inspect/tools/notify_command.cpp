@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
@@ -74,11 +75,15 @@ int run(NotifyArguments& options) {
   if (found.element != nullptr) {
     options.send_over_tcp({found.element}, spec);
     described = described.of_element(*options.interfaces.get(), *found.element, false);
-    if (described.described()->content->e2e.bytes != 0 && !options.quiet) {
-      cli::Session::warn(found.element->name + " has E2E protection: the event is sent without it");
-    }
   }
   const auto payload = std::make_shared<const std::vector<std::byte>>(described.parse(options.value));
+  options.protect(spec);
+  for (const sd::E2eSpec& e2e : spec.e2e) {
+    std::string why = e2e.id == event ? cli::misfit_of_protection(e2e, found.element->name, *payload) : "";
+    if (!why.empty()) {
+      throw CLI::ValidationError("PAYLOAD", std::move(why));
+    }
+  }
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.timeout_s};

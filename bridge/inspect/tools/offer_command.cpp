@@ -12,6 +12,7 @@
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
+#include "sd/net/e2e_channel.hpp"
 
 namespace trestle::inspect {
 namespace {
@@ -127,6 +128,7 @@ class Service {
     if (spec_.eventgroups.empty() && !notifiers_.empty()) {
       spec_.eventgroups.push_back({.id = someip::EventgroupId{1}, .events = notifiers_});
     }
+    options.protect(spec_);
   }
 
   /// Offers it until the session ends.
@@ -142,15 +144,18 @@ class Service {
   }
 
  private:
-  /// @return false if it is no message of the type.
-  bool print(const someip::Message& request, const Endpoint& from, const cli::PayloadOptions& payload) {
+  /// @return what the sender is told if it is no message of the type, or fails its E2E check; else ok.
+  ReturnCode print(const someip::Message& request, const Endpoint& from, const cli::PayloadOptions& payload) {
     const PayloadText text = message_text(request, &from, payload);
     session_->print(text.text);
-    if (!text.fault.empty()) {
-      cli::Session::warn(text.fault);
-      return false;
+    for (const std::string& wrong : {text.fault, text.failed_check}) {
+      if (!wrong.empty()) {
+        cli::Session::warn(wrong);
+      }
     }
-    return true;
+    return !text.failed_check.empty() ? sd::code_of(request.check->status)
+           : !text.fault.empty()      ? ReturnCode::malformed_message
+                                      : ReturnCode::ok;
   }
 
   using Part = describe::ServiceElement::Part;
@@ -285,8 +290,8 @@ class Service {
   void add_method(MethodId id, const cli::PayloadOptions& payload, Bytes answer, ReturnCode code) {
     const auto handler = [this, code, payload, answer = std::make_shared<const Bytes>(std::move(answer))](
                              const someip::Message& request, sd::Responder responder) {
-      if (!print(request, responder.caller(), payload)) {
-        responder.error(ReturnCode::malformed_message);
+      if (const ReturnCode refused = print(request, responder.caller(), payload); refused != ReturnCode::ok) {
+        responder.error(refused);
       } else if (code != ReturnCode::ok) {
         responder.error(code);
       } else {
@@ -330,8 +335,9 @@ class Service {
       spec_.methods.push_back({.id = *field->setter,
                                .handler = [this, field, payload = of_part(field->setter)](
                                               const someip::Message& request, sd::Responder responder) {
-                                 if (!print(request, responder.caller(), payload)) {
-                                   responder.error(ReturnCode::malformed_message);
+                                 const ReturnCode refused = print(request, responder.caller(), payload);
+                                 if (refused != ReturnCode::ok) {
+                                   responder.error(refused);
                                    return;
                                  }
                                  field->value = std::make_shared<const Bytes>(request.payload.begin(),

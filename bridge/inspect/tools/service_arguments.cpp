@@ -1,5 +1,7 @@
 #include "bridge/inspect/tools/service_arguments.hpp"
 
+#include "bridge/cli/protection.hpp"
+
 namespace trestle::inspect {
 
 void ServiceArguments::add_to(CLI::App& command) {
@@ -43,6 +45,12 @@ sd::ServiceSpec ServiceArguments::spec(const cli::Target& target) const {
     spec.tcp_port = has_ports ? provided->tcp_port.value_or(0) : std::uint16_t{0};
   }
   return spec;
+}
+
+void ServiceArguments::protect(sd::ServiceSpec& spec) const {
+  if (interfaces.get() != nullptr) {
+    spec.e2e = cli::protection_of_service(*interfaces.get(), spec);
+  }
 }
 
 void ServiceArguments::send_over_tcp(const std::vector<const describe::ServiceElement*>& events,

@@ -23,6 +23,8 @@ struct ServiceArguments {
   /// The service without its methods and events. What the command line leaves open is that of the
   /// description.
   [[nodiscard]] sd::ServiceSpec spec(const cli::Target& target) const;
+  /// Protects what the descriptions protect; call when all else of the service is known.
+  void protect(sd::ServiceSpec& spec) const;
   /// Has events of the description that go over TCP do so, unless the command line says how to offer.
   void send_over_tcp(const std::vector<const describe::ServiceElement*>& events, sd::ServiceSpec& spec) const;
 };

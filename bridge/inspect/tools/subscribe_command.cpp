@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/options.hpp"
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/other_versions.hpp"
@@ -163,36 +165,45 @@ int run(SubscribeArguments& options) {
   cli::Session session{options.timeout_s};
   sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
   std::uint64_t received = 0;
-  std::uint64_t unprintable = 0;
+  std::uint64_t wrong = 0;
+  std::set<std::pair<someip::MethodId, Endpoint>> heard;  // events, and whose
   const auto handler = [&](const someip::Message& message, const Endpoint& from) {
     if (options.count != 0 && received == options.count) {
       return;
     }
     const PayloadText text = message_text(message, &from, payloads.of(message.header.method));
     session.print(text.text);
-    if (!text.fault.empty()) {
-      ++unprintable;
-      cli::Session::warn(text.fault);
+    // Who joins a running stream finds its first event out of sequence, and nothing is wrong.
+    const bool joins = heard.emplace(message.header.method, from).second && message.check != nullptr &&
+                       message.check->status == someip::e2e::CheckStatus::wrong_sequence;
+    for (const std::string& fault : {text.fault, joins ? std::string{} : text.failed_check}) {
+      if (!fault.empty()) {
+        ++wrong;
+        cli::Session::warn(fault);
+      }
     }
     if (++received == options.count) {
       session.finish();
     }
   };
   for (auto& [eventgroup, group] : groups) {
-    node.subscribe({.service = target.service.service,
-                    .instance = target.service.instance,
-                    .major = static_cast<std::uint8_t>(options.major),
-                    .eventgroup = eventgroup,
-                    .events = std::move(group.events),
-                    .udp = group.udp,
-                    .tcp = group.tcp},
-                   handler);
+    sd::SubscribeSpec subscription{.service = target.service.service,
+                                   .instance = target.service.instance,
+                                   .major = static_cast<std::uint8_t>(options.major),
+                                   .eventgroup = eventgroup,
+                                   .events = std::move(group.events),
+                                   .udp = group.udp,
+                                   .tcp = group.tcp};
+    if (target.described) {
+      subscription.e2e = cli::protection_of_events(*options.interfaces.get(), subscription, target.major);
+    }
+    node.subscribe(subscription, handler);
   }
   const OtherVersions others{node, target.service, options.major, options.quiet};
   session.run();
   node.shutdown();
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
-  return enough && unprintable == 0 ? cli::exit_ok : cli::exit_failure;
+  return enough && wrong == 0 ? cli::exit_ok : cli::exit_failure;
 }
 
 }  // namespace
@@ -204,8 +215,8 @@ void add_subscribe_command(CLI::App& app, int& status) {
       "prints at most 128 elements of an array, otherwise all.\n"
       "With --interfaces, events and fields have names, and the description knows their eventgroups: give\n"
       "one name or several, or the service alone for all of them.\n"
-      "Exit status: 0; 1 when too few events came in time, or when one was no message of the type; 2 for a\n"
-      "wrong command line.\n\n"
+      "Exit status: 0; 1 when too few events came in time, or when one was no message of the type or failed\n"
+      "its E2E check; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle subscribe Door.moved --interfaces Door.fidl Door.fdepl\n"
       "  trestle subscribe Door opening locked --interfaces Door.fidl Door.fdepl\n"

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/describe/instance_index.hpp"
+#include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/messages/values/wire_yaml.hpp"
@@ -125,7 +126,7 @@ class Entries {
     put_transport(node, event.transfer.transport);
     put_multicast(node, event.eventgroups.front(), event.transfer.transport);
     put_tp(node, event.name, event.transfer, event.place);
-    put_protection(node, event.e2e, "");
+    put_protection(node, event.e2e, false, "");
     put_wire(node, lowered->rules);
     if (event.eventgroups.size() > 1) {
       lacks(event.name, "all eventgroups but the first one", event.place);
@@ -158,7 +159,7 @@ class Entries {
     }
     put_tp(node, method.name, side_ == Side::client ? method.request_transfer : method.response_transfer,
            method.place);
-    put_protection(node, method.e2e, "");
+    put_protection(node, method.e2e, true, "");
     put_wire(node, lowered->rules);
     if (!method.fire_and_forget && lowered->response != lowered->rules) {
       lacks(method.name, "other rules for the answer than for the request", method.place);
@@ -215,7 +216,7 @@ class Entries {
            : is_setter ? field.setter_transfer
                        : field.getter_transfer,
            field.place);
-    put_protection(node, field.e2e, "event");
+    put_protection(node, field.e2e, false, "event");
     put_wire(node, lowered->rules);
     std::vector<const Transfer*> transfers;
     for (const auto& [there, transfer] : {std::pair{field.has_getter, &field.getter_transfer},
@@ -322,19 +323,15 @@ class Entries {
     }
   }
   /// @param part  of a field: which of its messages is protected; else empty.
-  static void put_protection(YAML::Node& node, const Protection& e2e, const char* part) {
+  void put_protection(YAML::Node& node, const Protection& e2e, bool is_method, const char* part) const {
     if (e2e.profile.empty()) {
       return;
     }
-    YAML::Node yaml{YAML::NodeType::Map};
-    yaml["profile"] = e2e.profile;
-    for (const auto& [key, number] : e2e.numbers) {
-      yaml[key] =
-          key.find("id") != std::string::npos ? fmt::format("{:#06x}", number) : fmt::to_string(number);
-    }
-    for (const auto& [key, word] : e2e.words) {
-      yaml[key] = word;
-    }
+    const bool is_client = side_ == Side::client;
+    const E2eUse use = is_method   ? is_client ? E2eUse::called : E2eUse::served
+                       : is_client ? E2eUse::received_event
+                                   : E2eUse::sent_event;
+    const YAML::Node yaml = e2e_yaml(e2e, use);
     if (*part == '\0') {
       node["e2e"] = yaml;
     } else {

@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "bridge/describe/e2e_settings.hpp"
+#include "bridge/describe/model.hpp"
+#include "bridge/documents/section.hpp"
+
+/// End-to-end protection as a Node takes it: from configurations and from interface descriptions.
+namespace trestle::describe {
+
+/// Reads the keys of `e2e`: docs/configuration.md.
+/// @param is_method  it may have a profile that tells requests from answers.
+/// @param refused  called for each given key that only receivers have; reports it if it is not allowed.
+[[nodiscard]] std::optional<E2eSettings> load_e2e(documents::Section& section, bool is_method,
+                                                  const std::function<void(const char*)>& refused,
+                                                  documents::Problems& problems);
+
+/// What is protected, seen from us.
+enum class E2eUse : std::uint8_t { sent_event, received_event, served, called };
+
+/// The keys of `e2e` for what a description says. Parameters that the profile or the use does not have are
+/// left out: descriptions may have them for other profiles.
+[[nodiscard]] YAML::Node e2e_yaml(const Protection& e2e, E2eUse use);
+
+/// What a description says, for a Node.
+/// @return or why that cannot be: "data_bits: missing, expected …".
+[[nodiscard]] tl::expected<E2eSettings, std::string> e2e_settings(const Protection& e2e, E2eUse use);
+
+}  // namespace trestle::describe
