@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <regex>
 #include <utility>
 
+#include "bridge/cli/session.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/sources/sources.hpp"
 
@@ -28,11 +30,13 @@ bool is_id(const std::string& text) {
 }
 
 /// What a description says of a service and of the instance that is meant.
-void complete(const describe::Interfaces& interfaces, Target& target, bool any_instance) {
+void complete(const describe::Interfaces& interfaces, Target& target, UnnamedInstance unnamed) {
   const describe::Service& service = interfaces.model().services[*target.described];
   const std::string& name = interfaces.name_of(*target.described);
   const std::vector<const describe::Instance*> all = interfaces.instances_of(*target.described);
-  if (target.service.instance == someip::any_instance && !any_instance) {
+  const bool takes_any =
+      unnamed == UnnamedInstance::any || (unnamed == UnnamedInstance::only_or_any && all.size() != 1);
+  if (target.service.instance == someip::any_instance && !takes_any) {
     if (all.size() != 1) {
       std::vector<std::string> ids;
       for (const describe::Instance* one : all) {
@@ -90,8 +94,13 @@ void InterfaceOptions::load() {
   interfaces_ = std::make_unique<const describe::Interfaces>(std::move(system));
 }
 
-Target parse_target(const describe::Interfaces* interfaces, const std::string& text, bool any_instance) {
+Target parse_target(const describe::Interfaces* interfaces, const std::string& text,
+                    UnnamedInstance unnamed) {
   Target target;
+  const bool any_instance = unnamed != UnnamedInstance::only;
+  // Who writes Door.* wants any.
+  const bool says_any = any_instance && (text.ends_with(".*") || text.find(".*.") != std::string::npos);
+  const UnnamedInstance wanted = says_any ? UnnamedInstance::any : unnamed;
   if (interfaces == nullptr) {
     target.service = parse_service(text, any_instance);
     return target;
@@ -100,7 +109,7 @@ Target parse_target(const describe::Interfaces* interfaces, const std::string& t
     target.service = parse_service(text, true);
     if (const describe::Service* const service = interfaces->service(target.service.service)) {
       target.described = static_cast<std::size_t>(service - interfaces->model().services.data());
-      complete(*interfaces, target, any_instance);
+      complete(*interfaces, target, wanted);
     } else if (!any_instance) {
       target.service = parse_service(text, false);
     }
@@ -117,7 +126,7 @@ Target parse_target(const describe::Interfaces* interfaces, const std::string& t
   target.service = {.service = *id, .instance = meaning->instance.value_or(someip::any_instance)};
   target.described = meaning->service;
   target.elements = meaning->elements;
-  complete(*interfaces, target, any_instance);
+  complete(*interfaces, target, wanted);
   return target;
 }
 
@@ -146,6 +155,69 @@ std::vector<const describe::ServiceElement*> add_element(const describe::Interfa
   }
   target.elements.insert(target.elements.end(), added.begin(), added.end());
   return added;
+}
+
+namespace {
+
+/// More events than this are not listed.
+constexpr std::size_t most_events = 4;
+
+/// " (moved, blocked)": the name of an eventgroup, or its events.
+std::string in_brackets(const describe::Interfaces& interfaces, const describe::Service& service,
+                        someip::EventgroupId eventgroup) {
+  std::vector<std::string> names{interfaces.eventgroup_name(*service.id, eventgroup)};
+  if (names.front().empty()) {
+    names.clear();
+    const auto index = static_cast<std::size_t>(&service - interfaces.model().services.data());
+    for (const describe::ServiceElement* const one : interfaces.elements_of(index)) {
+      if (std::ranges::find(one->eventgroups, eventgroup) != one->eventgroups.end()) {
+        names.push_back(one->member_name);
+      }
+    }
+  }
+  if (names.size() > most_events) {
+    names.resize(most_events);
+    names.emplace_back("...");
+  }
+  return names.empty() ? "" : fmt::format(" ({})", fmt::join(names, ", "));
+}
+
+}  // namespace
+
+std::string with_names(const describe::Interfaces* interfaces, const std::string& line) {
+  static const std::regex place{
+      R"((eventgroup 0x([0-9a-f]{4}))?( of )?\b0x([0-9a-f]{4})\.(0x[0-9a-f]{4}|\*))"};
+  if (interfaces == nullptr) {
+    return line;
+  }
+  std::string text;
+  auto rest = line.cbegin();
+  std::smatch found;
+  while (std::regex_search(rest, line.cend(), found, place)) {
+    const auto id = [&](std::size_t group) {
+      return static_cast<std::uint16_t>(std::stoul(found[group], nullptr, 16));
+    };
+    const describe::Service* const service = interfaces->service(someip::ServiceId{id(4)});
+    text.append(rest, found[0].first);
+    if (service == nullptr) {
+      text += found[0];
+    } else {
+      text += found[1];
+      text += found[1].matched ? in_brackets(*interfaces, *service, someip::EventgroupId{id(2)}) : "";
+      text += found[3].str() + interfaces->name_of(someip::ServiceId{id(4)}) + "." + found[5].str();
+    }
+    rest = found[0].second;
+  }
+  return text.append(rest, line.cend());
+}
+
+std::function<void(const std::string& line)> named_log(const describe::Interfaces* interfaces, bool quiet) {
+  return
+      [log = Session::log(quiet), interfaces](const std::string& line) { log(with_names(interfaces, line)); };
+}
+
+std::function<void(const std::string& line)> named_warning(const describe::Interfaces* interfaces) {
+  return [interfaces](const std::string& line) { Session::warn(with_names(interfaces, line)); };
 }
 
 }  // namespace trestle::cli

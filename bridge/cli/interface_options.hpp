@@ -1,4 +1,6 @@
 #pragma once
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,17 +38,32 @@ struct Target {
   std::uint32_t minor = 0;
 };
 
+/// Which instance a text means that names none.
+enum class UnnamedInstance : std::uint8_t {
+  any,
+  only,         ///< the only one of the description; where there is no such one, it is an error
+  only_or_any,  ///< the only one of the description, or any; "*" is any
+};
+
 /// Reads SERVICE[.INSTANCE] or SERVICE[.INSTANCE].ELEMENT.
-/// @param interfaces    null: only ids.
-/// @param any_instance  whether none need be named, even where the description has several; without it the
-///                      description's only instance is taken.
+/// @param interfaces  null: only ids.
 [[nodiscard]] Target parse_target(const describe::Interfaces* interfaces, const std::string& text,
-                                  bool any_instance);
+                                  UnnamedInstance unnamed);
 /// Adds an element of the target's service: "moved", "Door.moved", or an id.
 /// @param name  of the argument, for errors.
 /// @return those that were added.
 std::vector<const describe::ServiceElement*> add_element(const describe::Interfaces* interfaces,
                                                          Target& target, const std::string& name,
                                                          const std::string& text);
+
+/// What a Node tells of discovery, with the names of services and eventgroups: "eventgroup 0x0002 (moved) of
+/// Door.0x0001".
+/// @param interfaces  null: there are none.
+[[nodiscard]] std::string with_names(const describe::Interfaces* interfaces, const std::string& line);
+/// Prints that on standard error; Session::log() and warn() with names.
+[[nodiscard]] std::function<void(const std::string& line)> named_log(const describe::Interfaces* interfaces,
+                                                                     bool quiet);
+[[nodiscard]] std::function<void(const std::string& line)> named_warning(
+    const describe::Interfaces* interfaces);
 
 }  // namespace trestle::cli

@@ -1,6 +1,8 @@
 #include "bridge/cli/options.hpp"
 
 #include <fmt/format.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/udp.hpp>
@@ -16,6 +18,7 @@
 #include "bridge/messages/types/type_library.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
 
 namespace trestle::cli {
 namespace {
@@ -28,6 +31,31 @@ IpAddress address_of(const char* option, const std::string& text) {
   return *address;
 }
 
+/// The address of loopback, where it is the only interface that is up and has an address.
+std::optional<IpAddress> only_loopback(bool v6) {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) {
+    return std::nullopt;
+  }
+  const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner{all, &freeifaddrs};
+  std::optional<IpAddress> loopback;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != (v6 ? AF_INET6 : AF_INET) ||
+        (one->ifa_flags & unsigned{IFF_UP}) == 0) {
+      continue;
+    }
+    if ((one->ifa_flags & unsigned{IFF_LOOPBACK}) == 0) {
+      return std::nullopt;
+    }
+    if (!loopback) {
+      someip::SocketAddress address;
+      address.assign(*one->ifa_addr);
+      loopback = address.endpoint().address;
+    }
+  }
+  return loopback;
+}
+
 /// The own address from which the system would send; nothing is sent.
 IpAddress own_address_towards(const IpAddress& group, std::uint16_t port) {
   namespace ip = boost::asio::ip;
@@ -37,11 +65,16 @@ IpAddress own_address_towards(const IpAddress& group, std::uint16_t port) {
   socket.connect({ip::make_address(someip::to_string(group)), port}, error);
   const auto local =
       error ? std::nullopt : someip::parse_address(socket.local_endpoint(error).address().to_string());
-  if (error || !local) {
-    throw std::runtime_error{
-        fmt::format("no network leads to {}: choose one with --address", someip::to_string(group))};
+  if (!error && local && !local->is_unspecified()) {
+    return *local;
   }
-  return *local;
+  if (const auto loopback = only_loopback(group.v6)) {
+    const std::string text = someip::to_string(*loopback);
+    fmt::print(stderr, "note: loopback is the only network: --address {} is taken\n", text);
+    return *loopback;
+  }
+  throw std::runtime_error{
+      fmt::format("no network leads to {}: choose one with --address", someip::to_string(group))};
 }
 
 std::string read_all(std::istream& in) {
@@ -261,8 +294,9 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
     // For errors of the whole text: users that only want JSON output may not know that --json also means JSON
     // input.
     const bool no_json = form_ == Form::json && payload.error().field.empty();
+    const std::string of_file = argument.starts_with('@') ? name + ":" : "";
     throw CLI::ValidationError("PAYLOAD",
-                               fmt::format("{}:{}{}", name, to_string(payload.error()),
+                               fmt::format("{}{}{}", of_file, to_string(payload.error()),
                                            no_json ? " (with --json payloads are given in JSON, too)" : ""));
   }
   return std::move(*payload);

@@ -83,12 +83,14 @@ std::vector<sd::E2eSpec> protection_of_events(const describe::Interfaces& interf
 }
 
 std::vector<sd::E2eSpec> protection_of_service(const describe::Interfaces& interfaces,
-                                               const sd::ServiceSpec& service) {
+                                               const sd::ServiceSpec& service,
+                                               std::optional<someip::MethodId> only) {
   std::vector<sd::E2eSpec> specs;
   std::set<someip::MethodId> done;
   const auto add = [&](someip::MethodId id, bool is_event) {
     const describe::ServiceElement* const element = interfaces.element(service.service, service.major, id);
-    if (element == nullptr || element->is_event() != is_event || !done.insert(id).second) {
+    if (element == nullptr || element->is_event() != is_event || (only && id != *only) ||
+        !done.insert(id).second) {
       return;
     }
     if (auto spec = spec_of(interfaces, *element, is_event ? E2eUse::sent_event : E2eUse::served)) {

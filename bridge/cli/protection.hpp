@@ -20,9 +20,11 @@ namespace trestle::cli {
 [[nodiscard]] std::vector<sd::E2eSpec> protection_of_events(const describe::Interfaces& interfaces,
                                                             const sd::SubscribeSpec& subscription,
                                                             std::uint8_t major);
-/// Of all events and methods of an offered service. Also requests that fail their check are handed over.
-[[nodiscard]] std::vector<sd::E2eSpec> protection_of_service(const describe::Interfaces& interfaces,
-                                                             const sd::ServiceSpec& service);
+/// Of all events and methods of an offered service, or of one alone. Also requests that fail their check are
+/// handed over.
+[[nodiscard]] std::vector<sd::E2eSpec> protection_of_service(
+    const describe::Interfaces& interfaces, const sd::ServiceSpec& service,
+    std::optional<someip::MethodId> only = std::nullopt);
 
 /// Why a payload cannot be sent with this protection: the profile has no messages of its length.
 /// @param what  the event or method, for the text.

@@ -58,7 +58,7 @@ int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec
   });
   session.run();
   if (!accepted) {
-    cli::Session::note("error: " + others.nobody_offers());
+    cli::Session::note("error: " + others.nobody_offers(spec.transport));
   }
   return accepted && unsent.expired() ? cli::exit_ok : cli::exit_failure;
 }
@@ -93,9 +93,10 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
     status = error ? answered ? cli::exit_error_answer : cli::exit_failure : cli::exit_ok;
     if (error) {
       cli::Session::note(fmt::format("error: {}{}{}",
-                                     !failed.empty()                       ? failed
-                                     : error == sd::CallFault::unavailable ? others.nobody_offers()
-                                                                           : error.message(),
+                                     !failed.empty() ? failed
+                                     : error == sd::CallFault::unavailable
+                                         ? others.nobody_offers(spec.transport)
+                                         : error.message(),
                                      response.payload.empty() ? "" : ": " + hex_digits(response.payload),
                                      answered ? possible_errors(answer) : ""));
     }
@@ -134,7 +135,7 @@ struct Method {
 /// Reads SERVICE METHOD [PAYLOAD], or SERVICE.METHOD [PAYLOAD].
 Method find_method(CallArguments& options) {
   const describe::Interfaces* const interfaces = options.interfaces.get();
-  Method method{.target = cli::parse_target(interfaces, options.service, true)};
+  Method method{.target = cli::parse_target(interfaces, options.service, cli::UnnamedInstance::only_or_any)};
   if (!method.target.elements.empty()) {
     if (!options.value.empty()) {
       throw CLI::ValidationError(
@@ -229,9 +230,10 @@ int run(CallArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.forget ? options.timeout_s : 0};
-  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
+  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
+                cli::named_warning(options.interfaces.get())};
   sd::Proxy proxy{node, wanted};
-  const OtherVersions others{node, service, options.major, options.quiet};
+  const OtherVersions others{node, service, options.major, options.interfaces.get(), options.quiet};
   const int status = options.forget ? send(proxy, others, spec, std::move(payload), session)
                                     : call(proxy, others, spec, std::move(payload), answer, session);
   node.shutdown();

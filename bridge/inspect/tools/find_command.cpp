@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <memory>
+#include <set>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/interface_options.hpp"
@@ -16,6 +18,8 @@ namespace trestle::inspect {
 namespace {
 
 constexpr std::size_t max_services = 10'000;
+/// More other instances are not listed.
+constexpr std::size_t most_instances = 8;
 
 struct FindArguments {
   cli::NetworkOptions network;
@@ -37,7 +41,7 @@ int run(FindArguments& options) {
   cli::ServiceArgument wanted;  // service 0: all
   std::uint64_t count = options.count;
   if (!options.service.empty()) {
-    const cli::Target target = cli::parse_target(names, options.service, true);
+    const cli::Target target = cli::parse_target(names, options.service, cli::UnnamedInstance::any);
     if (!target.elements.empty()) {
       throw CLI::ValidationError("SERVICE", fmt::format("'{}' is more than a service", options.service));
     }
@@ -47,14 +51,20 @@ int run(FindArguments& options) {
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
+  std::set<std::string> instances;  // others of the service
   traffic::NetworkView view{max_services};
   traffic::Listener listener{
       session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
         std::vector<traffic::Sighting> sightings;
         view.on_datagram(datagram, from, to, sd::now(), sightings);
         for (const traffic::Sighting& one : sightings) {
-          if (one.kind != traffic::Sighting::Kind::offered || !fits(wanted, one.service) ||
-              (count != 0 && found == count)) {
+          const bool is_offered = one.kind == traffic::Sighting::Kind::offered;
+          if (is_offered && one.service.service == wanted.service && !fits(wanted, one.service) &&
+              instances.size() < most_instances) {
+            const std::string id = fmt::format("0x{:04x}", someip::value(one.service.instance));
+            instances.insert(options.service.substr(0, options.service.rfind('.') + 1) + id);
+          }
+          if (!is_offered || !fits(wanted, one.service) || (count != 0 && found == count)) {
             continue;
           }
           session.print((options.json ? to_json(one, {}, names) : describe(one.service, names)) + "\n");
@@ -75,6 +85,15 @@ int run(FindArguments& options) {
     }
   }
   session.run();
+  if (found == 0 && !session.timed_out()) {
+    return cli::exit_failure;  // somebody ended it
+  }
+  if (found == 0) {
+    const std::string others =
+        instances.empty() ? "" : fmt::format("; there is {}", fmt::join(instances, ", "));
+    cli::Session::note(options.service.empty() ? "nobody offers a service"
+                                               : fmt::format("nobody offers {}{}", options.service, others));
+  }
   return found > 0 ? cli::exit_ok : cli::exit_failure;
 }
 

@@ -68,16 +68,33 @@ int run(NotifyArguments& options) {
   const Event found = find_event(options, target);
   const someip::MethodId event = found.id;
   sd::ServiceSpec spec = options.spec(target);
+  const auto add = [&](someip::EventgroupId id, someip::MethodId of) {
+    const auto known = std::ranges::find(spec.eventgroups, id, &sd::EventgroupSpec::id);
+    sd::EventgroupSpec& group = known != spec.eventgroups.end() ? *known : spec.eventgroups.emplace_back();
+    group.id = id;
+    if (std::ranges::find(group.events, of) == group.events.end()) {
+      group.events.push_back(of);
+    }
+  };
   for (const someip::EventgroupId eventgroup : found.eventgroups) {
-    spec.eventgroups.push_back({.id = eventgroup, .events = {event}});
+    add(eventgroup, event);
+  }
+  // All of the description: who subscribes to the service is not refused what is not sent now.
+  if (target.described) {
+    const auto elements = options.interfaces.get()->elements_of(*target.described);
+    for (const describe::ServiceElement* const one : elements) {
+      for (const someip::EventgroupId eventgroup : one->eventgroups) {
+        add(eventgroup, one->id);
+      }
+    }
+    options.send_over_tcp(elements, spec);
   }
   cli::PayloadOptions described = options.payload;
   if (found.element != nullptr) {
-    options.send_over_tcp({found.element}, spec);
     described = described.of_element(*options.interfaces.get(), *found.element, false);
   }
   const auto payload = std::make_shared<const std::vector<std::byte>>(described.parse(options.value));
-  options.protect(spec);
+  options.protect(spec, event);
   for (const sd::E2eSpec& e2e : spec.e2e) {
     std::string why = e2e.id == event ? cli::misfit_of_protection(e2e, found.element->name, *payload) : "";
     if (!why.empty()) {
@@ -87,7 +104,8 @@ int run(NotifyArguments& options) {
   const sd::NodeConfig network = options.network.config();
 
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
+  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
+                cli::named_warning(options.interfaces.get())};
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
   bool waiting = false;

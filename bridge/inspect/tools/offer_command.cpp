@@ -128,6 +128,7 @@ class Service {
     if (spec_.eventgroups.empty() && !notifiers_.empty()) {
       spec_.eventgroups.push_back({.id = someip::EventgroupId{1}, .events = notifiers_});
     }
+    options.serve_over_tcp(target_, spec_);
     options.protect(spec_);
   }
 
@@ -136,7 +137,8 @@ class Service {
     const sd::NodeConfig network = options_.network.config();
     cli::Session session{options_.timeout_s};
     session_ = &session;
-    sd::Node node{session.io, network, cli::Session::log(options_.quiet), cli::Session::warn};
+    sd::Node node{session.io, network, cli::named_log(options_.interfaces.get(), options_.quiet),
+                  cli::named_warning(options_.interfaces.get())};
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
     session.run();
@@ -185,8 +187,16 @@ class Service {
     if (payload.values() == nullptr) {
       return std::nullopt;
     }
-    auto bytes = payload.values()->parse("{}", messages::ValueForm::json);
+    auto bytes = payload.values()->initial();
     return bytes ? std::optional{std::move(*bytes)} : std::nullopt;
+  }
+
+  /// @param option  that gives it one.
+  static void tell_of_no_value(const cli::PayloadOptions& payload, const std::string& option) {
+    const auto& described = *payload.described();
+    cli::Session::warn(fmt::format(
+        "{} is answered with E_NOT_OK unless {} gives its payload: {}", described.element->name, option,
+        described.content->unknown.empty() ? "there is no value to begin with" : described.content->unknown));
   }
 
   /// METHOD=CODE
@@ -214,8 +224,10 @@ class Service {
     if (code == ReturnCode::ok && !method.fire_and_forget) {
       const cli::PayloadOptions answers = options_.payload.of_element(interfaces(), method, true);
       answer = value ? answers.parse(*value) : usual(answers);
+      if (!answer) {
+        tell_of_no_value(answers, fmt::format("--method '{}=…'", method.member_name));
+      }
     }
-    // What has no usual value, such as a union, is not answered with one.
     add_method(method.id, options_.payload.of_element(interfaces(), method, false), answer.value_or(Bytes{}),
                answer ? code : ReturnCode::not_ok);
   }
@@ -246,6 +258,8 @@ class Service {
     const std::optional<Bytes> start = value ? std::optional{payload->parse(*value)} : usual(*payload);
     if (start) {
       field.value = std::make_shared<const Bytes>(*start);
+    } else {
+      tell_of_no_value(*payload, fmt::format("--field '{}=…'", any.member_name));
     }
     add_field(std::move(field), std::nullopt, *payload);
   }

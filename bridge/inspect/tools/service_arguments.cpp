@@ -1,6 +1,9 @@
 #include "bridge/inspect/tools/service_arguments.hpp"
 
+#include <fmt/format.h>
+
 #include "bridge/cli/protection.hpp"
+#include "bridge/cli/session.hpp"
 
 namespace trestle::inspect {
 
@@ -17,7 +20,7 @@ void ServiceArguments::add_to(CLI::App& command) {
 
 cli::Target ServiceArguments::find_service() {
   interfaces.load();
-  cli::Target target = cli::parse_target(interfaces.get(), service, false);
+  cli::Target target = cli::parse_target(interfaces.get(), service, cli::UnnamedInstance::only);
   payload.resolve(target.described.has_value());
   return target;
 }
@@ -47,9 +50,25 @@ sd::ServiceSpec ServiceArguments::spec(const cli::Target& target) const {
   return spec;
 }
 
-void ServiceArguments::protect(sd::ServiceSpec& spec) const {
+void ServiceArguments::protect(sd::ServiceSpec& spec, std::optional<someip::MethodId> only) const {
   if (interfaces.get() != nullptr) {
-    spec.e2e = cli::protection_of_service(*interfaces.get(), spec);
+    spec.e2e = cli::protection_of_service(*interfaces.get(), spec, only);
+  }
+}
+
+void ServiceArguments::serve_over_tcp(const cli::Target& target, sd::ServiceSpec& spec) const {
+  if (!target.described || transport.given() || spec.tcp_port) {
+    return;
+  }
+  for (const describe::ServiceElement* const one : interfaces.get()->elements_of(*target.described)) {
+    if (!one->is_event() && one->transport == Transport::tcp) {
+      spec.tcp_port = std::uint16_t{0};
+      cli::Session::warn(
+          fmt::format("{} goes over TCP by the description, which has no TCP port of the instance: the "
+                      "system chooses one",
+                      one->name));
+      return;
+    }
   }
 }
 

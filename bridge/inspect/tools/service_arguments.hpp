@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "bridge/cli/interface_options.hpp"
 
 namespace trestle::inspect {
@@ -23,8 +25,11 @@ struct ServiceArguments {
   /// The service without its methods and events. What the command line leaves open is that of the
   /// description.
   [[nodiscard]] sd::ServiceSpec spec(const cli::Target& target) const;
-  /// Protects what the descriptions protect; call when all else of the service is known.
-  void protect(sd::ServiceSpec& spec) const;
+  /// Protects what the descriptions protect, or one event alone; call when all else of the service is known.
+  void protect(sd::ServiceSpec& spec, std::optional<someip::MethodId> only = std::nullopt) const;
+  /// Has the service offered over TCP, too, where methods of the description need it; says so if that has no
+  /// port.
+  void serve_over_tcp(const cli::Target& target, sd::ServiceSpec& spec) const;
   /// Has events of the description that go over TCP do so, unless the command line says how to offer.
   void send_over_tcp(const std::vector<const describe::ServiceElement*>& events, sd::ServiceSpec& spec) const;
 };

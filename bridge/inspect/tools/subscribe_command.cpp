@@ -154,7 +154,8 @@ class Payloads {
 
 int run(SubscribeArguments& options) {
   options.interfaces.load();
-  cli::Target target = cli::parse_target(options.interfaces.get(), options.service, false);
+  cli::Target target =
+      cli::parse_target(options.interfaces.get(), options.service, cli::UnnamedInstance::only);
   Groups groups = find_groups(options, target);
   if (target.described && options.major_option->count() == 0) {
     options.major = target.major;
@@ -163,7 +164,8 @@ int run(SubscribeArguments& options) {
   Payloads payloads{options.interfaces.get(), target, options.payload};
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network, cli::Session::log(options.quiet), cli::Session::warn};
+  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
+                cli::named_warning(options.interfaces.get())};
   std::uint64_t received = 0;
   std::uint64_t wrong = 0;
   std::set<std::pair<someip::MethodId, Endpoint>> heard;  // events, and whose
@@ -199,7 +201,7 @@ int run(SubscribeArguments& options) {
     }
     node.subscribe(subscription, handler);
   }
-  const OtherVersions others{node, target.service, options.major, options.quiet};
+  const OtherVersions others{node, target.service, options.major, options.interfaces.get(), options.quiet};
   session.run();
   node.shutdown();
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;

@@ -84,7 +84,7 @@ struct ServerOptions {
 int serve(ServerOptions& options) {
   options.interfaces.load();
   const cli::ServiceArgument service =
-      cli::parse_target(options.interfaces.get(), options.service, false).service;
+      cli::parse_target(options.interfaces.get(), options.service, cli::UnnamedInstance::only).service;
   sd::NodeConfig network = options.network.config();
   network.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // large answers are its purpose
   cli::Session session{options.timeout_s};
@@ -153,7 +153,7 @@ int measure(ClientCommand& command) {
   perf::ClientOptions options = command.client;
   command.interfaces.load();
   const cli::ServiceArgument service =
-      cli::parse_target(command.interfaces.get(), command.service, true).service;
+      cli::parse_target(command.interfaces.get(), command.service, cli::UnnamedInstance::any).service;
   options.service = service.service;
   options.instance = service.instance;
   options.plan.tcp = command.tcp;

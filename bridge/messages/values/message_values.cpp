@@ -92,7 +92,17 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
   if (!value) {
     return tl::unexpected{value.error()};
   }
-  const auto sample = build_sample(*value, tree_, max_sample_bytes, words());
+  return to_payload(build_sample(*value, tree_, max_sample_bytes, words()), *value);
+}
+
+tl::expected<std::vector<std::byte>, ValueError> MessageValues::initial() const {
+  TextValue nothing;
+  nothing.kind = TextValue::Kind::mapping;
+  return to_payload(build_sample(nothing, tree_, max_sample_bytes, words(), true), nothing);
+}
+
+tl::expected<std::vector<std::byte>, ValueError> MessageValues::to_payload(
+    const tl::expected<std::vector<std::byte>, ValueError>& sample, const TextValue& text) const {
   if (!sample) {
     return tl::unexpected{sample.error()};
   }
@@ -106,7 +116,7 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::parse(std::strin
         : error.fault == ConversionFault::bad_union  ? "a union that does not have exactly one of its fields"
         : error.fault == ConversionFault::bad_string ? "a string with a zero inside, where zeros end strings"
                                                      : to_string(error.fault);
-    return tl::unexpected{ValueError{place_of(*value, error.field), error.field, why}};
+    return tl::unexpected{ValueError{place_of(text, error.field), error.field, why}};
   }
   return joined(*payload);
 }

@@ -75,7 +75,10 @@ class MessageValues {
   /// @return the payload; or the first thing that is wrong with the text.
   [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> parse(std::string_view text,
                                                                        ValueForm form) const;
-  /// The same as a CDR sample, in the host's byte order.
+  /// The payload of a message of which nothing is said: default values, or zeros, and of a choice its first
+  /// member.
+  [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> initial() const;
+  /// parse() as a CDR sample, in the host's byte order.
   [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> parse_sample(std::string_view text,
                                                                               ValueForm form) const;
 
@@ -84,6 +87,8 @@ class MessageValues {
   [[nodiscard]] const Words* words() const noexcept { return words_ ? &*words_ : nullptr; }
 
  private:
+  [[nodiscard]] tl::expected<std::vector<std::byte>, ValueError> to_payload(
+      const tl::expected<std::vector<std::byte>, ValueError>& sample, const TextValue& text) const;
   MessageValues(TypeTree tree, ConversionPlan plan, std::optional<Words> words)
       : tree_{std::move(tree)}, plan_{std::move(plan)}, words_{std::move(words)} {}
 

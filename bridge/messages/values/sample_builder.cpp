@@ -34,8 +34,8 @@ TextValue default_value(const Field& field) {
 
 class Builder {
  public:
-  Builder(const TypeTree& tree, std::size_t max_bytes, const Words* words)
-      : tree_{tree}, out_{max_bytes}, max_bytes_{max_bytes}, words_{words} {}
+  Builder(const TypeTree& tree, std::size_t max_bytes, const Words* words, bool choose)
+      : tree_{tree}, out_{max_bytes}, max_bytes_{max_bytes}, words_{words}, choose_{choose} {}
 
   tl::expected<std::vector<std::byte>, ValueError> build(const TextValue& text) {
     if (!root(text)) {
@@ -87,7 +87,10 @@ class Builder {
     if (value != nullptr && !sort_fields(type, words, *value, given)) {
       return false;
     }
-    if (words.form == MessageWords::Form::choice && !is_one(type, words, value, given)) {
+    const bool is_choice = words.form == MessageWords::Form::choice;
+    const bool takes_first = is_choice && choose_ && !type.fields.empty() &&
+                             std::ranges::all_of(given, [](const TextValue* one) { return one == nullptr; });
+    if (is_choice && !takes_first && !is_one(type, words, value, given)) {
       return false;
     }
     if (type.fields.empty()) {
@@ -98,7 +101,10 @@ class Builder {
       const FieldWords& own = words_of(words, at);
       path_.push_back({&name_of(words, type, at), 0});
       bool good = false;
-      if (words.form == MessageWords::Form::choice || own.form == FieldWords::Form::optional) {
+      if (takes_first && at == 0) {
+        out_.number(std::uint32_t{1});
+        good = single(one.type, own, nullptr);
+      } else if (is_choice || own.form == FieldWords::Form::optional) {
         good = maybe(one.type, own, given[at]);
       } else if (given[at] == nullptr && !one.default_value.empty()) {
         const TextValue by_default = default_value(one);
@@ -193,7 +199,7 @@ class Builder {
         out_.number(std::uint32_t{0});
         return true;
       }
-      if (type.primitive && width(*type.primitive) != 0) {
+      if (type.primitive && width(*type.primitive) != 0 && words.enumerators == nullptr) {
         out_.zeros(type.array_size, width(*type.primitive));
         return !out_.failed() || too_large(nullptr);
       }
@@ -316,6 +322,11 @@ class Builder {
     if (words.enumerators != nullptr && value != nullptr) {
       return enumerator(*type.primitive, words, *value);
     }
+    if (words.enumerators != nullptr && words.enumerators->by_value(0) == nullptr &&
+        !words.enumerators->all().empty()) {
+      put(*type.primitive, words.enumerators->all().front());  // zero would be none of them
+      return true;
+    }
     switch (*type.primitive) {
       case Primitive::boolean:
         return boolean(value);
@@ -345,16 +356,20 @@ class Builder {
     return true;
   }
 
+  void put(Primitive primitive, const Enumerators::Pair& one) {
+    visit_number(primitive, [&]<typename T>(T /*zero*/) {
+      if constexpr (std::is_integral_v<T>) {
+        out_.number(bits_of(static_cast<T>(one.second)));
+      }
+    });
+  }
+
   /// One of several names, or the number behind it.
   bool enumerator(Primitive primitive, const FieldWords& words, const TextValue& value) {
     const bool is_text = value.kind == Kind::plain || value.kind == Kind::quoted;
     const Enumerators::Pair* const named = is_text ? words.enumerators->by_name(value.text) : nullptr;
     if (named != nullptr) {
-      visit_number(primitive, [&]<typename T>(T /*zero*/) {
-        if constexpr (std::is_integral_v<T>) {
-          out_.number(bits_of(static_cast<T>(named->second)));
-        }
-      });
+      put(primitive, *named);
       return true;
     }
     bool good = false;
@@ -364,10 +379,17 @@ class Builder {
         good = true;
       }
     });
-    return good || fail(value, expected_enumerator(words, value));
+    if (!good) {
+      std::string likely;
+      const std::string expected = enumerators(words, value.text, likely);
+      fail(value, "one of " + expected);
+      error_.text += likely.empty() ? "" : fmt::format("; did you mean {}?", likely);
+    }
+    return good;
   }
 
-  static std::string expected_enumerator(const FieldWords& words, const TextValue& value) {
+  /// @param likely  the one that `text` is most likely a slip of.
+  static std::string enumerators(const FieldWords& words, std::string_view text, std::string& likely) {
     constexpr std::size_t shown_max = 30;
     std::vector<std::string> known;
     std::string expected;
@@ -378,8 +400,8 @@ class Builder {
       known.push_back(name);
     }
     expected += known.size() > shown_max ? ", ..." : "";
-    const std::string likely = documents::nearest(value.text, known);
-    return "one of " + expected + (likely.empty() ? "" : "; did you mean " + likely + "?");
+    likely = documents::nearest(text, known);
+    return expected;
   }
 
   template <typename T>
@@ -489,6 +511,7 @@ class Builder {
   CdrWriter out_;
   std::size_t max_bytes_;
   const Words* words_;
+  bool choose_;
   std::vector<Step> path_;
   ValueError error_;
   const std::string empty_;
@@ -497,8 +520,9 @@ class Builder {
 }  // namespace
 
 tl::expected<std::vector<std::byte>, ValueError> build_sample(const TextValue& text, const TypeTree& tree,
-                                                              std::size_t max_bytes, const Words* words) {
-  return Builder{tree, max_bytes, words}.build(text);
+                                                              std::size_t max_bytes, const Words* words,
+                                                              bool choose) {
+  return Builder{tree, max_bytes, words, choose}.build(text);
 }
 
 }  // namespace trestle::messages

@@ -148,6 +148,53 @@ class Door(unittest.TestCase):
             found = json.loads(run("find", 2, "Door.0x0001", "--json", *DOOR).stdout)
             self.assertEqual((found["service"], found["service_name"]), ("0x4711", "Door"))
 
+    def test_a_call_goes_to_the_only_instance_of_the_description(self):
+        with Running("offer", 1, "Door.0x0002", "--method", "open={done: false}", *DOOR) as other:
+            other.line_with("offering Door.0x0002", of_log=True)
+            done = run("call", 2, "Door.open", "{speed: FAST}", "-q", "--timeout", "5", *DOOR)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (
+                1, "", "error: nobody offers instance 0x0001 of the service; there is Door.0x0002\n"))
+            with Running("offer", 3, "Door", "--method", "open={done: true}", *DOOR):
+                for call in (["Door.open"], ["Door", "open"], ["0x4711", "0x0010"], ["Door.0x0001.open"]):
+                    done = run("call", 2, *call, "{speed: FAST}", "-q", *DOOR)
+                    self.assertEqual((done.returncode, done.stdout), (0, "error: OK\ndone: true\n"), done.stderr)
+            for call in ("Door.*.open", "Door.2.open"):
+                done = run("call", 2, call, "{speed: FAST}", "-q", *DOOR)
+                self.assertEqual((done.returncode, done.stdout), (0, "error: OK\ndone: false\n"), done.stderr)
+            done = run("find", 2, "Door.0x0001", "--timeout", "5", *DOOR)
+            self.assertEqual((done.returncode, done.stdout, done.stderr),
+                             (1, "", "nobody offers Door.0x0001; there is Door.0x0002\n"))
+
+    def test_a_method_over_tcp_whose_instance_has_no_tcp_port(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = [os.path.join(folder, name) for name in ("Door.fidl", "Door.fdepl")]
+            for source, file in zip(DOOR[1:], files):
+                with open(source) as old, open(file, "w") as new:
+                    new.write(old.read().replace("= 0x0011\n", "= 0x0011\n        SomeIpReliable = true\n"))
+            done = subprocess.run([TRESTLE, "generate", *files, "--to", "json"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0)
+            self.assertRegex(done.stderr, r"Door\.fdepl:\d+:\d+: warning: the instance of car\.Door has no TCP port, which shut "
+                                          r"needs: expected one, or UDP for it\n")
+            with Running("offer", 1, "Door", "-q", "--interfaces", *files) as offer:
+                self.assertIn("warning: Door.shut goes over TCP by the description", offer.line_with("TCP", of_log=True))
+                done = run("call", 2, "Door.shut", "{speed: SLOW}", "-q", "--interfaces", *files)
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "done: false\n", ""))
+            with Running("offer", 1, "Door", "--udp", "--interfaces", *files) as offer:
+                offer.line_with("offering", of_log=True)
+                done = run("call", 2, "Door.shut", "{speed: SLOW}", "-q", "--timeout", "5", "--interfaces", *files)
+                self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", (
+                    "error: Door.0x0001 is offered over UDP, and not over TCP, over which this call goes\n")))
+
+    def test_the_log_has_names(self):
+        with Running("notify", 1, "Door.moved", "{opening: 1}", "--rate", "50", *DOOR) as notify:
+            # All eventgroups are offered, so that who wants more than this event is not refused.
+            with Running("subscribe", 2, "Door", *DOOR) as subscribe:
+                for text in ("subscribed to eventgroup 0x0001 (opening, label, locked) of Door.0x0001",
+                             "subscribed to eventgroup 0x0002 (moved, blocked) of Door.0x0001"):
+                    subscribe.line_with(text, of_log=True)
+                self.assertNotIn("refused", subscribe.stop()[2])
+            notify.line_with("subscribed to eventgroup 0x0002 (moved, blocked) of Door.0x0001", of_log=True)
+
     def test_a_payload_that_does_not_fit_is_told_with_offset_field_and_bytes(self):
         with Running("notify", 1, "0x4711.1", "2", "0x8010", "32", "--rate", "50"):
             done = run("subscribe", 2, "Door.moved", "--count", "1", *DOOR)
@@ -164,7 +211,8 @@ class Door(unittest.TestCase):
                 (("call", 2, "Door.opem", "{}"), "did you mean 'open'?; there are: moved, blocked, open, shut, ring"),
                 (("call", 2, "Door", "opem", "{}"), "did you mean 'open'?"),
                 (("call", 2, "Door.open", "{sped: FAST}"), "'sped' is no field of Door.open; expected speed, opening"),
-                (("call", 2, "Door.open", "{speed: FASTER}"), "expected one of SLOW (0), FAST (1)"),
+                (("call", 2, "Door.open", "{speed: FASTER}"),
+                 "PAYLOAD: 1:9: speed: expected one of SLOW (0), FAST (1), found 'FASTER'; did you mean FAST?"),
                 (("call", 2, "Door.open"), "Door.open needs values: speed, opening"),
                 (("call", 2, "Door.moved"), "Door.moved is an event"),
                 (("call", 2, "Door.opening", "5"), "opening has no setter"),
@@ -231,6 +279,12 @@ class Every(unittest.TestCase):
             self.assertIn("expected exactly one of circle, name, raw, found 2", done.stderr)
             done = run("call", 2, "Every.level", "veryHigh", *EVERY)
             self.assertEqual((done.returncode, done.stdout), (0, "level: veryHigh\n"), done.stderr)
+            # What has no zero begins with its first enumerator, or its first member.
+            with Running("offer", 3, "Every.1", "-q", *EVERY):
+                values = json.loads(run("call", 2, "Every.1.echo", json.dumps(IT), "--json", *EVERY).stdout)["values"]["it"]
+                self.assertEqual((values["level"], values["shape"], values["flags"]["some"], values["shapes"]), (
+                    "LOW", {"circle": {"x": 0.0, "heading": 0, "valid": False}}, "LOW", []))
+                self.assertEqual(run("call", 2, "Every.1.level", "-q", *EVERY).stdout, "level: LOW\n")
             done = run("call", 2, "Every.position", *EVERY)
             self.assertEqual(done.stdout, "position:\n  x: 0.0\n  heading: 0\n  valid: false\n")
 

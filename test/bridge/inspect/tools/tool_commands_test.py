@@ -265,7 +265,7 @@ class Calls(unittest.TestCase):
     def test_what_is_wrong_in_values_is_told_where_it_is(self):
         done = run("call", 2, "0x1255", "1", "{gear: 2", "--type", "std_msgs/msg/Int32", "-q")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("PAYLOAD: payload:1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'", done.stderr)
+        self.assertIn("PAYLOAD: 1:9: not valid YAML: '{' of 1:1 is not closed; expected '}'", done.stderr)
         done = run("call", 2, "0x1255", "1", "1", "--type", "std_msgs/msg/Int32", "-q", "--wire", "{gear: 2")
         self.assertEqual(done.returncode, 2)
         self.assertIn("wire:1:1: error: not valid YAML: this '{' is not closed; expected '}'", done.stderr)
@@ -338,9 +338,11 @@ class Calls(unittest.TestCase):
         self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", "error: nobody offers the service\n"))
         done = run("call", 2, "0x1243", "1", "--timeout", "0.3", "-q", "--fire-and-forget")
         self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", "error: nobody offers the service\n"))
-        with Running("offer", 1, "0x1243.1", "--method", "1"):
-            done = run("call", 2, "0x1243", "1", "--tcp", "--timeout", "0.5", "-q")
-            self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
+        with Running("offer", 1, "0x1243.1", "--method", "1") as offer:
+            offer.line_with("offering", of_log=True)
+            done = run("call", 2, "0x1243", "1", "--tcp", "--timeout", "5", "-q")
+            self.assertEqual((done.returncode, done.stderr), (1, (
+                "error: 0x1243.0x0001 is offered over UDP, and not over TCP, over which this call goes\n")))
 
     def test_tell_of_other_versions_of_the_service(self):
         with Running("offer", 1, "0x1249.1", "--method", "1") as offer:
@@ -493,9 +495,9 @@ class WrongCommandLines(unittest.TestCase):
             (["notify", "0x1234.1", "1", "0x8001", "0g"], "good up to character 1"),
             (["notify", "0x1234.1", "1", "0x8001", "@/does/not/exist"], "cannot read '/does/not/exist'"),
             (["notify", "0x1234.1", "1", "0x8001", "x: 1", "--type", "std_msgs/msg/String"],
-             "payload:1:1: 'x' is no field of std_msgs/msg/String; expected data"),
+             "PAYLOAD: 1:1: 'x' is no field of std_msgs/msg/String; expected data"),
             (["notify", "0x1234.1", "1", "0x8001", "{\"data\": 5}", "--json", "--type", "std_msgs/msg/String"],
-             "payload:1:10: data: expected a string, found '5'"),
+             "PAYLOAD: 1:10: data: expected a string, found '5'"),
             (["call", "0x1234", "1", "{data: 4.5}", "--json", "--type", "std_msgs/msg/Float64"],
              "last read: '{d'; expected string literal (with --json payloads are given in JSON, too)"),
             (["find", "--count", "-1"], "--count: expected a number from 1 to 1000000000, found '-1'"),
