@@ -290,6 +290,15 @@ TEST(WriteVsomeip, WritesAClientThatKnowsItsSegments) {
   EXPECT_EQ(json["e2e"]["protected"][0]["variant"], "checker");
 }
 
+// Else vsomeip and a bridge that says nothing of it do not meet.
+TEST(WriteVsomeip, WritesTheGroupThatBothStacksHaveWhereNobodySaysOne) {
+  const Written written = write_vsomeip({});
+  ASSERT_THAT(written.files, SizeIs(2));
+  for (const TextFile& file : written.files) {
+    EXPECT_EQ(nlohmann::json::parse(file.text)["service-discovery"]["multicast"], "224.244.224.245");
+  }
+}
+
 TEST(WriteVsomeip, TellsWhatItCannotCarry) {
   Model model;
   model.services.push_back({.name = "Door", .scope = "org.example"});
