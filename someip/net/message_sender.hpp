@@ -69,10 +69,13 @@ class MessageSender {
     std::function<void(const Endpoint& receiver)> unreachable;
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
-  /// Within this time the system asks for a new host (ARP), as an answer to its subscription is sent there.
-  /// Otherwise it reaches the host in another way.
+  /// Within this time the system asks for a new host (ARP, IPv6 neighbour discovery), as an answer to its
+  /// subscription is sent there. Otherwise it reaches the host in another way.
   static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
+  /// From now on hosts are looked at. With `entry_of`, send() looks at a receiver again that was not looked
+  /// at for 100 ms, or for 10 ms while much is sent to it. What is for one that has gone waits as after
+  /// meet().
   void watch_link(Link link);
   /// This receiver is new. Messages for it are kept here until somebody has answered to its address. In the
   /// send buffer of the system, which all receivers share, they would take the room of the others.
@@ -82,8 +85,8 @@ class MessageSender {
   void part(const Endpoint& receiver);
   /// This receiver has asked for something, or somebody in its name. If nobody has answered to its address,
   /// one datagram leaves for it, and what follows is kept as after meet(). To be called before each answer;
-  /// of a host that has answered, it costs a look into a small table. If more hosts are used than that has
-  /// places for (256), the system is asked for some of them each time.
+  /// of a host that has answered, it mostly costs a look into a small table. If more hosts are used than that
+  /// has places for (256), the system is asked for some of them each time.
   /// @return false when too many receivers are waited for, or messages wait for this one: drop the answer.
   [[nodiscard]] bool greet(const Endpoint& receiver);
   static constexpr std::size_t max_silent = 32;      ///< receivers that greet() lets wait

@@ -135,6 +135,9 @@ class Peer {
  private:
   static sd::NodeConfig config(const std::string& address, int receive_buffer) {
     sd::NodeConfig config{.address = someip::parse_address(address).value()};
+    if (config.address.v6) {
+      config.multicast = someip::parse_address("ff15::84").value();
+    }
     if (receive_buffer > 0) {
       config.receive_buffer_bytes = receive_buffer;
     }

@@ -22,6 +22,8 @@ CARS = [ADDRESS["car"]] + [f"{NET}0.{11 + i}" for i in range(3)]  # the car may 
 ATTACKERS = [f"{NET}0.{66 + i}" for i in range(4)]
 SILENT = [f"{NET}{200 + i // 250}.{1 + i % 250}" for i in range(2500)]  # addresses that nobody has
 STRANGERS = [f"{NET}{100 + i // 250}.{1 + i % 250}" for i in range(5000)]  # nobody has them either
+ADDRESS6 = {host: address.replace(NET, "fd00:84::").replace("0.", "") for host, address in ADDRESS.items()}
+SILENT6 = [f"fd00:84::5:{i:x}" for i in range(2500)]  # nobody has them, either
 MANY = [f"{NET}7.{1 + i}" for i in range(120)]  # as many hosts as somebody pretends to be
 PATIENCE = 60  # seconds for what should be over long before
 CLONE_NEWNET = 0x40000000
@@ -145,6 +147,17 @@ class Lab:
             if time.monotonic() > end:
                 raise Failed("the links do not come up")
             time.sleep(0.02)
+
+    def add_ipv6(self):
+        """Gives each host an address of IPv6, too."""
+        for host, address in ADDRESS6.items():
+            _run(f"ip -n {host} address add {address}/64 dev eth0 nodad")
+
+    @staticmethod
+    def set_network(host, setting):
+        """A setting NAME=VALUE below /proc/sys/net, for one host."""
+        name, value = setting.split("=")
+        _run(f"nsenter --net=/run/netns/{host} sysctl -qw net.{name}={value}")
 
     @staticmethod
     def _link(host):

@@ -4,6 +4,7 @@ import struct
 
 SD_PORT = 30490
 GROUP = "224.244.224.245"
+GROUP6 = "ff15::84"
 FIND, OFFER, SUBSCRIBE = 0, 1, 6
 ENDLESS = 0xFFFFFF
 UDP, TCP = 0x11, 0x06
@@ -20,6 +21,8 @@ def segment(service, method, offset, payload, more=True, session=1, kind=EVENT, 
 
 
 def endpoint(address, port, protocol=UDP, kind=0x04):
+    if ":" in address:
+        return struct.pack(">HBB16sBBH", 21, kind | 0x02, 0, socket.inet_pton(socket.AF_INET6, address), 0, protocol, port)
     return struct.pack(">HBB4sBBH", 9, kind, 0, socket.inet_aton(address), 0, protocol, port)
 
 
@@ -54,6 +57,19 @@ def udp_packet(source, to, payload):
     datagram = struct.pack(">HHHH", source[1], to[1], 8 + len(payload), 0) + payload
     return struct.pack(">BBHHHBBH4s4s", 0x45, 0, 20 + len(datagram), 0, 0, 64, 17, 0, socket.inet_aton(source[0]),
                        socket.inet_aton(to[0])) + datagram
+
+
+def udp_packet_v6(source, to, payload):
+    """The same as an IPv6 packet, which needs a checksum."""
+    ends = b"".join(socket.inet_pton(socket.AF_INET6, address) for address, _ in (source, to))
+    length = 8 + len(payload)
+    ports = struct.pack(">HHH", source[1], to[1], length)
+    total = sum(struct.unpack(f">{(length + 35) // 2}H", ends + struct.pack(">HH", length, 17) + ports + payload +
+                              bytes(length % 2)))
+    while total > 0xFFFF:
+        total = (total & 0xFFFF) + (total >> 16)
+    return (struct.pack(">IHBB", 6 << 28, length, 17, 64) + ends + ports + struct.pack(">H", ~total & 0xFFFF or 0xFFFF) +
+            payload)
 
 
 def cloud(stamp_ns, size):

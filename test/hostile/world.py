@@ -4,7 +4,8 @@ import time
 
 import flows
 from figures import Figure, at_least, at_most
-from lab import ADDRESS, FOLDER, PATIENCE, Failed
+from lab import ADDRESS, ADDRESS6, FOLDER, PATIENCE, Failed
+from wire import GROUP6
 
 LATE = "late_in"  # the flow of a service that a new host offers
 NEWCOMER_S = 2.0  # within which a new honest peer is served
@@ -29,8 +30,8 @@ SHORT = Scale(True, 1.5, 3, 100_000, 10, 20, 10)
 
 HEAD = """\
 someip:
-  address: {address}{more}
-  sd: {{initial_delay_min: 10 ms, initial_delay_max: 20 ms}}
+  address: '{address}'{more}
+  sd: {{initial_delay_min: 10 ms, initial_delay_max: 20 ms{group}}}
 dds: {{domain: {domain}, interfaces: [{interface}], node: /{name}}}
 """
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
@@ -93,7 +94,13 @@ class World:
         self.figures = []
         self.flows = []
         self.car = None
+        self.addresses = ADDRESS
         self.counters = {}
+
+    def use_ipv6(self):
+        """To be called first: SOME/IP uses IPv6."""
+        self.lab.add_ipv6()
+        self.addresses = ADDRESS6
 
     # --- Who is there ---------------------------------------------------------------------------------------
 
@@ -101,7 +108,8 @@ class World:
                interface="127.0.0.1"):
         """Starts a bridge from what its file says beside the networks. interface: of DDS, by its address."""
         path = FOLDER / self.lab.name / f"{name}.yaml"
-        path.write_text(HEAD.format(address=address or ADDRESS[host], domain=domain, interface=interface,
+        group = f", multicast: '{GROUP6}'" if self.addresses is ADDRESS6 else ""
+        path.write_text(HEAD.format(address=address or self.addresses[host], domain=domain, interface=interface, group=group,
                                     name=name.replace("-", "_"), more=more) + body, encoding="utf-8")
         return self.lab.start(host, name, self.trestle, "bridge", *(["--quiet"] if quiet else []), path)
 
@@ -129,7 +137,7 @@ class World:
         parts = [flow.ends(self.scale) for flow in self.flows]
         self.car_end = self.end("car", "car-end", "dds", 80, *[car for car, _ in parts], *ends)
         if names:
-            self.honest_end = self.end("honest", "honest-end", "peer", ADDRESS["honest"], *[part for _, part in parts])
+            self.honest_end = self.end("honest", "honest-end", "peer", self.addresses["honest"], *[part for _, part in parts])
             self.wait_for_flows()
 
     def _ends(self):
@@ -176,7 +184,7 @@ class World:
         new = None
         self.pass_time(self.scale.attack_s / 2, "attacked")
         if newcomer and self.car.running():
-            new = self.end("second", "newcomer", "peer", ADDRESS["second"],
+            new = self.end("second", "newcomer", "peer", self.addresses["second"],
                            FLOWS[LATE].ends(self.scale)[1] if newcomer == LATE else newcomer)
         self.pass_time(self.scale.attack_s / 2, "attacked")
         ended = time.monotonic_ns()

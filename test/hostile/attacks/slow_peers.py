@@ -1,11 +1,13 @@
 """Receivers that take little, nothing, or are not there: what they cost the others."""
 import socket
+import subprocess
 import time
 
 from attacker import CAR, Attacker, open_udp, pace
-from lab import MANY, SILENT
+from lab import ADDRESS6, MANY, SILENT, SILENT6
 from scenario import scenario
-from wire import REQUEST, TCP, configuration, endpoint, service_entry, someip, subscribe_entry
+from wire import (ENDLESS, REQUEST, SD_PORT, TCP, configuration, endpoint, sd, service_entry, someip, subscribe_entry,
+                  udp_packet_v6)
 
 NEW_TCP = "new=listen:0x4011:1:tcp"
 NEW_UDP = "new=listen:0x4001:1:udp"
@@ -80,6 +82,47 @@ def silent_senders(world):
 @scenario("silent-small-buffer", 3, "the same, and a send buffer as ordinary users get it")
 def silent_small_buffer(world):
     _silent(world, "\n  send_buffer: 208 KiB", True)
+
+
+def subscribe_silent_v6(rate, services):
+    """As addresses that nobody has: neighbour discovery asks for them in vain."""
+    raw = socket.socket(socket.AF_INET6, socket.SOCK_RAW, socket.IPPROTO_RAW)
+    car = ADDRESS6["car"], SD_PORT
+    for i in pace(rate):
+        silent = SILENT6[i % len(SILENT6)]
+        for service in services:
+            message = sd(subscribe_entry(service, ttl=ENDLESS), endpoint(silent, 5000 + i % 100))
+            raw.sendto(udp_packet_v6((silent, SD_PORT), car, message), (car[0], 0))
+
+
+@scenario("silent-small-buffer-ipv6", 3, "60 Subscribes/s from silent IPv6 addresses, send buffer as ordinary users get it")
+def silent_v6(world):
+    world.use_ipv6()
+    world.honest("clouds_out", "events_out", "clouds_in", "calls_udp", more="\n  send_buffer: 208 KiB")
+    world.beside(subscribe_silent_v6, 60, (0x4001, 0x4002), newcomer=NEW_UDP)
+
+
+def leave(count, rate):
+    """Hosts that are there, subscribe without end, and are switched off one after the other."""
+    hosts = [Attacker(address) for address in MANY[:count]]
+    sinks = [open_udp(host.address, 6000) for host in hosts]
+    for host in hosts:
+        host.subscribe(0x4002, endpoint(host.address, 6000), ttl=ENDLESS)
+        time.sleep(0.01)
+    for i in pace(rate):
+        if i < count:
+            subprocess.run(["ip", "address", "delete", f"{MANY[i]}/16", "dev", "eth0"], check=True)
+    del sinks
+
+
+@scenario("gone-receivers", 3, "20 hosts subscribe without end and are switched off, 2 a second, send buffer as ordinary users "
+          "get it")
+def gone_receivers(world):
+    # The system notices after a few seconds that somebody has gone, and not after half a minute.
+    for setting in "base_reachable_time_ms=2000", "delay_first_probe_time=1":
+        world.lab.set_network("car", f"ipv4.neigh.eth0.{setting}")
+    world.honest("events_out", "calls_udp", more="\n  send_buffer: 208 KiB")
+    world.beside(leave, 20, 2)
 
 
 def find_as_silent(rate, addresses):
