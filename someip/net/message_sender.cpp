@@ -29,7 +29,8 @@ constexpr std::size_t most_work = 512;
 // No fragments on Ethernet.
 constexpr std::size_t max_datagram_bytes = header_bytes + max_plain_payload_bytes;
 constexpr std::size_t max_collections = 64;  // receivers for which messages are collected at the same time
-constexpr Duration first_look = std::chrono::milliseconds{1};  // for an answer to ARP
+constexpr Duration first_look = std::chrono::milliseconds{1};         // for an answer to ARP
+constexpr Duration time_after_probe = std::chrono::milliseconds{10};  // in which the system asks for sure
 constexpr Duration longest_look = std::chrono::milliseconds{100};
 constexpr Duration untold_for =
     std::chrono::seconds{1};  // before it is asked again whether somebody can tell
@@ -497,6 +498,13 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
   }
 
+  // What is sent to silent hosts, so that the system asks, must not fill the send buffer either.
+  [[nodiscard]] bool may_probe() {
+    return std::ranges::count_if(lanes.all(), [](const SendLane& lane) {
+             return lane.host && (lane.host->probe || lane.host->probed);
+           }) < static_cast<std::ptrdiff_t>(max_silent);
+  }
+
   // Each host has one place, and shares it with others if there are many.
   Known& place_of(const IpAddress& host) {
     std::array<std::uint64_t, 2> words{};
@@ -526,7 +534,8 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       place = {to.address, now, answer};
       return true;
     }
-    lanes.await_host(to, {.since = now, .next_look = now + first_look, .pause = first_look, .probe = true});
+    lanes.await_host(
+        to, {.since = now, .next_look = now + first_look, .pause = first_look, .probe = may_probe()});
     if (!pumping) {
       wait_until(now + first_look);
     }
@@ -541,15 +550,25 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     }
     using enum Neighbours::Answer;
     const Neighbours::Answer answer = link.answer_of(lane.to.address);
-    if (answer != awaited && (answer != unasked || now - host.since >= time_to_ask)) {
+    host.asked = host.asked || answer == awaited;
+    const bool never_asked = answer == unasked && !host.asked;
+    if (answer == came || answer == untold ||
+        (never_asked && host.probed && now - *host.probed >= time_after_probe)) {
       lane.host.reset();
       place_of(lane.to.address) = {lane.to.address, now, answer};
       return true;
     }
     if (now - host.since >= patience) {
+      if (never_asked && lane.queue.empty()) {
+        lane.host.reset();  // nothing was to be sent, so nobody knows
+        return true;
+      }
       gone.push_back(lane.to);
       counters.refused += lanes.give_up(lane);
       return true;
+    }
+    if (never_asked && !host.probe && !host.probed && now - host.since >= time_to_ask) {
+      host.probe = may_probe();  // the answer to its subscription has not left: discovery may wait for room
     }
     host.pause = std::min(2 * host.pause, longest_look);
     host.next_look = now + host.pause;
@@ -599,6 +618,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       }
       if (waits) {
         lane.host->probe = false;
+        lane.host->probed = now;
       }
       if (status == SendStatus::failed) {
         counters.refused += message.messages;

@@ -70,7 +70,8 @@ class MessageSender {
   };
   static constexpr Duration patience = std::chrono::milliseconds{3500};  ///< the system itself has 3 s
   /// Within this time the system asks for a new host (ARP, IPv6 neighbour discovery), as an answer to its
-  /// subscription is sent there. Otherwise it reaches the host in another way.
+  /// subscription is sent there. Otherwise one datagram leaves for it. If the system still does not ask, it
+  /// reaches the host in another way.
   static constexpr Duration time_to_ask = std::chrono::milliseconds{200};
 
   /// From now on hosts are looked at. With `entry_of`, send() looks at a receiver again that was not looked

@@ -50,7 +50,9 @@ struct AwaitedHost {
   TimePoint since{};
   TimePoint next_look{};
   Duration pause{};
-  bool probe = false;  ///< one datagram leaves all the same, so that the system asks
+  bool probe = false;                 ///< one datagram leaves all the same, so that the system asks
+  bool asked = false;                 ///< the system has asked
+  std::optional<TimePoint> probed{};  ///< when that datagram left
 };
 
 /// What waits for all receivers of one address together: who has many of them gets no more for that.

@@ -90,8 +90,8 @@ def subscribe_silent_v6(rate, services):
     car = ADDRESS6["car"], SD_PORT
     for i in pace(rate):
         silent = SILENT6[i % len(SILENT6)]
-        for service in services:
-            message = sd(subscribe_entry(service, ttl=ENDLESS), endpoint(silent, 5000 + i % 100))
+        for session, service in enumerate(services, 1):
+            message = sd(subscribe_entry(service, ttl=ENDLESS), endpoint(silent, 5000 + i % 100), session)
             raw.sendto(udp_packet_v6((silent, SD_PORT), car, message), (car[0], 0))
 
 

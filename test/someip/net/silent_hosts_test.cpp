@@ -89,6 +89,44 @@ TEST_F(MessageSenderTest, KeepsNothingForAHostThatHasGoneBeforeItAnswered) {
   await_datagrams(1);
 }
 
+// The answer to its subscription has not left, so nobody has asked for it yet.
+TEST_F(MessageSenderTest, SendsOneDatagramToAHostForWhichTheSystemHasNotAsked) {
+  const auto answer_of = [&](const IpAddress&) {
+    return sender.counters().datagrams == 0 ? Neighbours::Answer::unasked : Neighbours::Answer::awaited;
+  };
+  sender.watch_link({.answer_of = answer_of, .entry_of = answer_of, .unreachable = [](const Endpoint&) {}});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(5000);
+  const ByteView view{payload};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  }
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  await_datagrams(1);
+  io.run_for(100ms);
+  EXPECT_EQ(sender.counters().datagrams, 1U);
+}
+
+// The system forgets a host that has not answered before we do.
+TEST_F(MessageSenderTest, SendsNothingToAHostThatTheSystemHasForgotten) {
+  Neighbours::Answer answer = Neighbours::Answer::awaited;
+  bool gone = false;
+  sender.watch_link({.answer_of = [&](const IpAddress&) { return answer; },
+                     .unreachable = [&](const Endpoint&) { gone = true; }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  io.run_for(300ms);
+  answer = Neighbours::Answer::unasked;
+  const auto end = std::chrono::steady_clock::now() + 30s;
+  while (!gone && std::chrono::steady_clock::now() < end) {
+    io.run_one_for(50ms);
+  }
+  EXPECT_TRUE(gone);
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+}
+
 // Hosts that have asked for something, or in whose name somebody did.
 class GreetingTest : public MessageSenderTest {
  protected:
