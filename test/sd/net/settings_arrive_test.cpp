@@ -221,7 +221,7 @@ TEST_F(SettingsTest, GiveAPlaceAtOnePortToWhoComesToAnother) {
   ASSERT_TRUE(run_until([&] {
     connect(test::client_address, tcp_port + 2);
     io.run_for(50ms);
-    return node.tcp_server_counters().gave_way == 1;
+    return node.tcp_server_counters().gave_way >= 1;
   }));
   EXPECT_TRUE(is_closed(first)) << "it never spoke, and was silent for longest";
 }
