@@ -201,7 +201,7 @@ TEST(Interfaces, HasArgumentsByName) {
   EXPECT_THAT(bytes_of(request, "{sped: LOW}"),
               HasSubstr("'sped' is no field of Door.open; expected speed, opening"));
   EXPECT_EQ(bytes_of(request, "{speed: veryHihg}"),
-            "1:9: speed: expected one of LOW (1), veryHigh (200); did you mean veryHigh?, found 'veryHihg'");
+            "1:9: speed: expected one of LOW (1), veryHigh (200), found 'veryHihg'; did you mean veryHigh?");
   EXPECT_THAT(json_of(request, {std::byte{1}}), HasSubstr("not a Door.open: truncated at byte 1 in opening"));
 }
 
@@ -224,7 +224,7 @@ TEST(Interfaces, TakesASingleValueWithAndWithoutItsName) {
   EXPECT_EQ(bytes_of(moved, "{whereTo: {x: 1.5, level: veryHigh}}"), bytes);
   EXPECT_EQ(bytes_of(moved, "{x: 1.5, level: veryHigh}"), bytes);
   EXPECT_EQ(json_of(moved, *moved.values->parse("{x: 1.5}", ValueForm::yaml)),
-            R"({"whereTo":{"x":1.5,"level":0}})");
+            R"({"whereTo":{"x":1.5,"level":"LOW"}})");  // zero would be none of the enumerators
   EXPECT_THAT(json_of(moved, {std::byte{1}}), HasSubstr("truncated at byte 0 in whereTo.x"));
 }
 

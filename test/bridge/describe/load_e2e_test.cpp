@@ -37,11 +37,11 @@ TEST(E2eOfDescriptions, LeavesOutParametersOfOtherProfiles) {
 
 TEST(E2eOfDescriptions, HasAStateMachineWhereSomethingIsReceived) {
   const Protection protection{.profile = "4",
-                              .numbers = {{"data_id", 1}, {"window_size_init", 5}, {"max_error_init", 2}},
+                              .numbers = {{"data_id", 1}, {"window_size_init", 5}, {"window_size_valid", 6}},
                               .words = {{"clear_to_invalid", "true"}}};
   const e2e::StateMachineConfig machine = settings_of(protection).state_machine;
   EXPECT_EQ(machine.window_size_init, 5);
-  EXPECT_EQ(machine.max_error_init, 2);
+  EXPECT_EQ(machine.window_size_valid, 6);
   EXPECT_TRUE(machine.clear_to_invalid);
   EXPECT_EQ(settings_of(protection, E2eUse::sent_event).state_machine, e2e::StateMachineConfig{});
   // As a route has it.
