@@ -69,6 +69,7 @@ class Allocation {
 
   std::vector<documents::Problem> run(IdRange range) {
     services(range);
+    instances();
     for (const Instance& instance : model_.instances) {
       if (!instance.service.empty()) {
         named_.insert(instance.service);
@@ -187,8 +188,9 @@ class Allocation {
     }
   }
 
-  /// Events without an eventgroup join the lowest one that there is.
-  static void eventgroups(Service& service) {
+  /// Events without an eventgroup join the lowest one that there is. Of what a capture alone knows, it stays
+  /// open: a guess would look like something that was seen.
+  void eventgroups(Service& service) {
     const auto lowest = std::ranges::min_element(service.eventgroups, {}, &Eventgroup::id);
     const someip::EventgroupId id =
         lowest == service.eventgroups.end() ? someip::EventgroupId{1} : lowest->id;
@@ -200,10 +202,22 @@ class Allocation {
       }
     };
     for (Event& event : service.events) {
+      if (!event.eventgroups.empty() || (event.observed_bytes && !event.payload.known)) {
+        continue;
+      }
       join(event.eventgroups);
+      if (event.observed_bytes) {
+        warning(event.place, fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
+                                         service.name, event.name, someip::value(id)));
+      }
     }
     for (Field& field : service.fields) {
-      if (field.has_notifier) {
+      if (field.has_notifier && (!field.observed_bytes || field.payload.known)) {
+        if (field.observed_bytes && field.eventgroups.empty()) {
+          warning(field.place,
+                  fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
+                              service.name, field.name, someip::value(id)));
+        }
         join(field.eventgroups);
       }
     }
@@ -219,6 +233,40 @@ class Allocation {
       model_.instances.push_back(
           {.service = name, .service_id = service.id, .id = someip::InstanceId{1}, .place = service.place});
     }
+  }
+
+  /// Instances that are provided without an id: the lowest free one of their service.
+  void instances() {
+    const auto of = [](const Instance& one) { return std::pair{one.service, one.service_id}; };
+    std::map<std::pair<std::string, std::optional<someip::ServiceId>>, Numbers> numbers;
+    for (const Instance& one : model_.instances) {
+      if (one.id) {
+        numbers.try_emplace(of(one), 1, 0xfffe).first->second.take(someip::value(*one.id));
+      }
+    }
+    for (Instance& one : model_.instances) {
+      if (one.id || one.role != Instance::Role::provided || (one.service.empty() && !one.service_id)) {
+        continue;
+      }
+      const auto id = numbers.try_emplace(of(one), 1, 0xfffe).first->second.next();
+      if (id) {
+        one.id = someip::InstanceId{*id};
+        warning(one.place,
+                fmt::format("an instance of {} has no id: 0x{:04x} is taken",
+                            one.service.empty() ? fmt::format("0x{:04x}", someip::value(*one.service_id))
+                                                : one.service,
+                            *id));
+      } else {
+        none_left(one.place, "instance", one.service);
+      }
+    }
+  }
+
+  void warning(const Place& place, std::string text) {
+    problems_.push_back({.severity = documents::Problem::Severity::warning,
+                         .file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
+                         .mark = place.mark,
+                         .text = std::move(text)});
   }
 
   void none_left(const Place& place, const char* what, const std::string& name) {

@@ -333,6 +333,10 @@ const Protection* Interfaces::protection(const ServiceElement& element) const {
     e2e = &service.methods[element.member].e2e;
   } else if (element.part == Part::notifier) {
     e2e = &service.fields[element.member].e2e;
+  } else if (element.part == Part::getter) {
+    e2e = &service.fields[element.member].getter_e2e;
+  } else {
+    e2e = &service.fields[element.member].setter_e2e;
   }
   return e2e == nullptr || e2e->profile.empty() ? nullptr : e2e;
 }

@@ -9,15 +9,11 @@
 #include <type_traits>
 #include <utility>
 
+#include "bridge/describe/compare.hpp"
+#include "bridge/describe/join_members.hpp"
+
 namespace trestle::describe {
 namespace {
-
-template <typename T>
-void fill(std::optional<T>& to, const std::optional<T>& from) {
-  if (!to) {
-    to = from;
-  }
-}
 
 /// Has ids and no types: what vsomeip JSON and captures know of a service.
 bool is_bare(const Service& service) {
@@ -35,74 +31,6 @@ bool has_made_name(const Service& service) {
          service.name == fmt::format("service_{:04x}", someip::value(*service.id));
 }
 
-void add_transfer(Transfer& to, const Transfer& from) {
-  if (to == Transfer{}) {
-    to = from;
-  }
-}
-
-/// The first element of each id.
-template <typename Element, typename Id>
-auto first_of_each(std::vector<Element>& elements, Id id) {
-  std::map<std::decay_t<decltype(elements.front().*id)>, Element*> first;
-  for (Element& element : elements) {
-    first.try_emplace(element.*id, &element);
-  }
-  return first;
-}
-
-/// What `from` knows of the members of `to`, by their ids.
-void add_members(Service& to, const Service& from) {
-  std::set<someip::EventgroupId> groups;
-  for (const Eventgroup& eventgroup : to.eventgroups) {
-    groups.insert(eventgroup.id);
-  }
-  for (const Eventgroup& eventgroup : from.eventgroups) {
-    if (groups.insert(eventgroup.id).second) {
-      to.eventgroups.push_back(eventgroup);
-    }
-  }
-  std::ranges::sort(to.eventgroups, {}, &Eventgroup::id);
-  const auto events = first_of_each(to.events, &Event::id);
-  const auto fields = first_of_each(to.fields, &Field::notifier);
-  const auto methods = first_of_each(to.methods, &Method::id);
-  for (const Event& event : from.events) {
-    if (const auto same = events.find(event.id); same != events.end()) {
-      Event& known = *same->second;
-      add_transfer(known.transfer, event.transfer);
-      if (known.eventgroups.empty()) {
-        known.eventgroups = event.eventgroups;
-      }
-      if (known.e2e.profile.empty()) {
-        known.e2e = event.e2e;
-      }
-      fill(known.cycle, event.cycle);
-      fill(known.observed_bytes, event.observed_bytes);
-    } else if (const auto field = fields.find(event.id); field != fields.end()) {
-      Field& known = *field->second;
-      add_transfer(known.notifier_transfer, event.transfer);
-      if (known.eventgroups.empty()) {
-        known.eventgroups = event.eventgroups;
-      }
-      if (known.e2e.profile.empty()) {
-        known.e2e = event.e2e;
-      }
-      fill(known.observed_bytes, event.observed_bytes);
-    }
-  }
-  for (const Method& method : from.methods) {
-    if (const auto same = methods.find(method.id); same != methods.end()) {
-      Method& known = *same->second;
-      add_transfer(known.request_transfer, method.request_transfer);
-      add_transfer(known.response_transfer, method.response_transfer);
-      if (known.e2e.profile.empty()) {
-        known.e2e = method.e2e;
-      }
-      fill(known.observed_bytes, method.observed_bytes);
-    }
-  }
-}
-
 void add_instance(Instance& to, const Instance& from) {
   fill(to.service_id, from.service_id);
   fill(to.address, from.address);
@@ -113,12 +41,12 @@ void add_instance(Instance& to, const Instance& from) {
   fill(to.timing, from.timing);
   fill(to.priority, from.priority);
   fill(to.weight, from.weight);
-  if (to.multicast.empty()) {
-    to.multicast = from.multicast;
+  for (const Multicast& group : from.multicast) {
+    if (std::ranges::find(to.multicast, group.eventgroup, &Multicast::eventgroup) == to.multicast.end()) {
+      to.multicast.push_back(group);
+    }
   }
-  if (to.eventgroups.empty()) {
-    to.eventgroups = from.eventgroups;
-  }
+  fill(to.eventgroups, from.eventgroups);
   to.configuration.insert(from.configuration.begin(), from.configuration.end());
   if (to.machine.empty()) {
     to.machine = from.machine;
@@ -126,6 +54,7 @@ void add_instance(Instance& to, const Instance& from) {
   if (to.name.empty()) {
     to.name = from.name;
   }
+  fill(to.notes, from.notes);
 }
 
 class Joining {
@@ -154,37 +83,174 @@ class Joining {
     for (Service& service : model_.services) {
       (has_made_name(service) && is_bare(service) ? bare : kept).push_back(std::move(service));
     }
-    std::map<std::string, const Service*, std::less<>> by_name;
-    std::map<someip::ServiceId, const Service*> by_id;
-    for (Service& service : kept) {
-      if (const auto [other, is_new] = by_name.try_emplace(full_name(service.scope, service.name), &service);
-          !is_new) {
-        error(service.place, fmt::format("service {} is described twice, also at {}", other->first,
-                                         to_string(model_, other->second->place)));
-        continue;
-      }
-      if (service.id) {
-        if (const auto [other, is_new] = by_id.try_emplace(*service.id, &service);
-            !is_new && other->second->major == service.major) {
-          error(service.place, fmt::format("service {} has the id 0x{:04x} of {}, at {}", service.name,
-                                           someip::value(*service.id), other->second->name,
-                                           to_string(model_, other->second->place)));
-        }
-      }
-    }
+    tell_of_twins(kept);
     std::map<std::optional<someip::ServiceId>, std::size_t> places;
+    std::map<std::pair<std::optional<someip::ServiceId>, std::uint8_t>, std::size_t> versions;
     for (std::size_t i = 0; i < kept.size(); ++i) {
       places.try_emplace(kept[i].id, i);
+      versions.try_emplace({kept[i].id, kept[i].major}, i);
     }
     for (Service& service : bare) {
       const auto [place, is_new] = places.try_emplace(service.id, kept.size());
       if (is_new) {
         kept.push_back(std::move(service));
-      } else {
-        add_members(kept[place->second], service);
+        continue;
       }
+      const auto same = service.has_version ? versions.find({service.id, service.major}) : versions.end();
+      add_service(kept[same == versions.end() ? place->second : same->second], service);
     }
     model_.services = std::move(kept);
+  }
+
+  /// Services that are described twice. Where both say the same, as the FIDL and the ARXML of one service do,
+  /// the first stays.
+  void tell_of_twins(std::vector<Service>& kept) {
+    std::map<std::string, Service*, std::less<>> by_name;
+    std::map<someip::ServiceId, Service*> by_id;
+    std::vector<Service> twins;
+    std::vector<bool> is_twin(kept.size());
+    for (std::size_t at = 0; at < kept.size(); ++at) {
+      Service& service = kept[at];
+      const std::string name = full_name(service.scope, service.name);
+      const auto named = by_name.find(name);
+      const auto numbered = service.id ? by_id.find(*service.id) : by_id.end();
+      const bool same_id = numbered != by_id.end() && numbered->second->major == service.major;
+      Service* const other = named != by_name.end() ? named->second : same_id ? numbered->second : nullptr;
+      if (other == nullptr) {
+        by_name.emplace(name, &service);
+        if (service.id) {
+          by_id.emplace(*service.id, &service);
+        }
+        continue;
+      }
+      const bool other_file = service.place.file != other->place.file;
+      if (other_file && service.name == other->name && say_the_same(*other, service)) {
+        add_service(*other, service);
+        is_twin[at] = true;
+        twin_of_[name] = full_name(other->scope, other->name);
+        continue;
+      }
+      const char* const hint = other_file && service.name == other->name ? ": name one of the two files" : "";
+      if (named != by_name.end()) {
+        error(service.place, fmt::format("service {} is described twice, also at {}{}", name,
+                                         to_string(model_, other->place), hint));
+      } else {
+        error(service.place,
+              fmt::format("service {} has the id 0x{:04x} of {}, at {}{}", service.name,
+                          someip::value(*service.id), other->name, to_string(model_, other->place), hint));
+        by_name.emplace(name, &service);
+      }
+    }
+    std::vector<Service> others;
+    for (std::size_t at = 0; at < kept.size(); ++at) {
+      (is_twin[at] ? twins : others).push_back(std::move(kept[at]));
+    }
+    kept = std::move(others);
+    if (!twins.empty()) {
+      drop_types_of(twins, kept);
+      for (Instance& instance : model_.instances) {
+        if (const auto twin = twin_of_.find(instance.service); twin != twin_of_.end()) {
+          instance.service = twin->second;
+        }
+      }
+    }
+  }
+
+  /// Whether nobody on the wire could tell two descriptions apart.
+  bool say_the_same(const Service& one, const Service& other) {
+    constexpr std::size_t max_twins = 16;  // each is compared with all types at hand
+    if (++twins_compared_ > max_twins) {
+      return false;
+    }
+    const auto alone = [this](const Service& service) {
+      Model model{.files = model_.files, .types = model_.types};
+      model.services = {service};
+      model.services[0].scope.clear();
+      return model;
+    };
+    return std::ranges::all_of(compare(alone(one), alone(other)),
+                               [](const Change& change) { return change.rule->wire == Impact::none; });
+  }
+
+  /// Calls for each type that a service uses, of its payloads.
+  template <typename Use>
+  static void each_use(std::vector<Service>& services, const Use& use) {
+    const auto payload = [&](Payload& of) {
+      for (Value& value : of.values) {
+        use(value.type);
+      }
+    };
+    for (Service& service : services) {
+      for (Event& event : service.events) {
+        payload(event.payload);
+      }
+      for (Method& method : service.methods) {
+        payload(method.request);
+        payload(method.response);
+        use(method.error);
+      }
+      for (Field& field : service.fields) {
+        payload(field.payload);
+      }
+    }
+  }
+  /// And for each that a type uses.
+  template <typename Use>
+  static void each_part(Type& type, const Use& use) {
+    for (TypeIndex* const part : {&type.base, &type.variant_of, &type.element.type, &type.key.type}) {
+      use(*part);
+    }
+    for (Value& member : type.members) {
+      use(member.type);
+    }
+  }
+  std::vector<bool> types_of(std::vector<Service>& services, const std::vector<Constant>& constants = {}) {
+    std::vector<bool> used(model_.types.size());
+    std::vector<std::size_t> open;
+    const auto use = [&](TypeIndex type) {
+      const auto at = static_cast<std::size_t>(type);
+      if (at < used.size() && !used[at]) {
+        used[at] = true;
+        open.push_back(at);
+      }
+    };
+    each_use(services, use);
+    for (const Constant& constant : constants) {
+      use(constant.type);
+    }
+    while (!open.empty()) {
+      Type& type = model_.types[open.back()];
+      open.pop_back();
+      each_part(type, use);
+    }
+    return used;
+  }
+
+  /// Types of `gone` that nothing else uses: there would be two of each name.
+  void drop_types_of(std::vector<Service>& gone, std::vector<Service>& kept) {
+    const std::vector<bool> of_gone = types_of(gone);
+    const std::vector<bool> of_kept = types_of(kept, model_.constants);
+    std::vector<TypeIndex> places(model_.types.size(), no_type);
+    std::vector<Type> types;
+    for (std::size_t at = 0; at < model_.types.size(); ++at) {
+      if (of_kept[at] || !of_gone[at]) {
+        places[at] = static_cast<TypeIndex>(types.size());
+        types.push_back(std::move(model_.types[at]));
+      }
+    }
+    const auto move = [&places](TypeIndex& type) {
+      if (const auto at = static_cast<std::size_t>(type); at < places.size()) {
+        type = places[at];
+      }
+    };
+    model_.types = std::move(types);
+    for (Type& type : model_.types) {
+      each_part(type, move);
+    }
+    for (Constant& constant : model_.constants) {
+      move(constant.type);
+    }
+    each_use(kept, move);
   }
 
   void index() {
@@ -242,7 +308,41 @@ class Joining {
         alike[known.machine].insert(*same);
       }
     }
-    model_.instances = std::move(kept);
+    model_.instances = without_unknown_ids(std::move(kept));
+  }
+
+  /// An instance that is provided without an id is the only one with an id, if they do not contradict.
+  static std::vector<Instance> without_unknown_ids(std::vector<Instance> all) {
+    using Key = std::pair<std::string, std::optional<someip::ServiceId>>;
+    std::map<Key, std::vector<std::size_t>> known;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (all[i].id && all[i].role == Instance::Role::provided) {
+        known[{all[i].service, all[i].service_id}].push_back(i);
+      }
+    }
+    const auto agree = [](const auto& one, const auto& other) { return !one || !other || *one == *other; };
+    std::vector<Instance> kept;
+    std::vector<bool> is_gone(all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Instance& one = all[i];
+      const auto found = known.find({one.service, one.service_id});
+      if (one.id || one.role != Instance::Role::provided || found == known.end() ||
+          found->second.size() != 1) {
+        continue;
+      }
+      Instance& same = all[found->second.front()];
+      if (agree(same.address, one.address) && agree(same.udp_port, one.udp_port) &&
+          agree(same.tcp_port, one.tcp_port)) {
+        add_instance(same, one);
+        is_gone[i] = true;
+      }
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (!is_gone[i]) {
+        kept.push_back(std::move(all[i]));
+      }
+    }
+    return kept;
   }
 
   void members(const Service& service) {
@@ -348,6 +448,8 @@ class Joining {
   Model& model_;
   std::map<std::string, const Service*, std::less<>> by_name_{};
   std::map<someip::ServiceId, const Service*> by_id_{};
+  std::map<std::string, std::string, std::less<>> twin_of_{};  ///< full names
+  std::size_t twins_compared_ = 0;
   std::vector<documents::Problem> problems_{};
 };
 

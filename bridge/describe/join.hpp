@@ -13,7 +13,10 @@ inline constexpr std::size_t max_inherited_members = 1'000'000;
 /// Makes one description of a model that several sources were appended to.
 ///
 /// - Services without types and names of their own (of vsomeip JSON, of captures) that have the id of a
-///   described one add to it what it lacks: eventgroups, transports, segmentation; then they are gone.
+///   described one add to it what it lacks: members and eventgroups, transports, segmentation, times, E2E,
+///   the version; then they are gone. Methods with the id of a getter or setter belong to that field.
+/// - Two described services of one name, or of one id and name, from two files, that nobody on the wire could
+///   tell apart become one: the first.
 /// - Instances of the same service, id and role become one; each adds what the others lack.
 ///
 /// @return what contradicts: two services of one name, or of one id with different names, or two members of

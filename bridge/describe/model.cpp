@@ -1,5 +1,7 @@
 #include "bridge/describe/model.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
 
@@ -60,6 +62,16 @@ std::string full_name(std::string_view scope, std::string_view name) {
     full += scope.front() == '/' ? '/' : '.';
   }
   return full += name;
+}
+
+std::string label_of(const Instance& instance) {
+  if (!instance.name.empty()) {
+    return instance.name;
+  }
+  std::string label = !instance.service.empty() ? instance.service
+                      : instance.service_id     ? fmt::format("0x{:04x}", someip::value(*instance.service_id))
+                                                : std::string{"an unknown service"};
+  return instance.id ? fmt::format("{} 0x{:04x}", label, someip::value(*instance.id)) : label;
 }
 
 bool is_of(const Instance& instance, const Service& service) {

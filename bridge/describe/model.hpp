@@ -249,8 +249,11 @@ struct Field {
   Transfer getter_transfer{};
   Transfer setter_transfer{};
   Transfer notifier_transfer{};
+  std::optional<std::chrono::microseconds> cycle{};  ///< of the notifier
   std::optional<std::uint32_t> observed_bytes{};
-  Protection e2e{};
+  Protection e2e{};  ///< of the notifier
+  Protection getter_e2e{};
+  Protection setter_e2e{};
   std::string ros_name{};  ///< as Event::ros_name
   Notes notes{};
   Place place{};
@@ -348,6 +351,9 @@ struct Model {
 
 /// Whether an instance is one of a service: by the name that it gives, or else by the id.
 [[nodiscard]] bool is_of(const Instance& instance, const Service& service);
+
+/// What to call an instance in a message: its name, or "car.Door 0x0001".
+[[nodiscard]] std::string label_of(const Instance& instance);
 
 /// How many types may be in each other, and extend each other. join() refuses models with more; until then,
 /// the functions below look no further.

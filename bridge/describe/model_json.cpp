@@ -112,7 +112,7 @@ class ModelWriter {
   [[nodiscard]] static Members members_of_eventgroups(const Service& service);
   [[nodiscard]] Json eventgroup(const Members& members, const Eventgroup& eventgroup) const;
   static void transfer(const Transfer& transfer, const char* prefix, Json& json);
-  static void protection(const Protection& protection, Json& json);
+  static void protection(const Protection& protection, Json& json, const char* key = "e2e");
   void collect(TypeIndex index, std::set<std::size_t>& seen) const;
 
   const Model& model_;
@@ -308,7 +308,7 @@ void ModelWriter::transfer(const Transfer& transfer, const char* prefix, Json& j
   }
 }
 
-void ModelWriter::protection(const Protection& protection, Json& json) {
+void ModelWriter::protection(const Protection& protection, Json& json, const char* name) {
   if (protection.profile.empty()) {
     return;
   }
@@ -319,7 +319,7 @@ void ModelWriter::protection(const Protection& protection, Json& json) {
   for (const auto& [key, word] : protection.words) {
     e2e[key] = word;
   }
-  json["e2e"] = std::move(e2e);
+  json[name] = std::move(e2e);
 }
 
 template <typename Id>
@@ -407,10 +407,15 @@ Json ModelWriter::field(const Field& field) const {
   part(field.has_notifier, "notifier", field.notifier, field.notifier_transfer);
   json["eventgroups"] = ids_json(field.eventgroups);
   json["payload"] = payload(field.payload);
+  if (field.cycle) {
+    json["cycle"] = documents::to_string(Duration{*field.cycle});
+  }
   if (field.observed_bytes) {
     json["observed_bytes"] = *field.observed_bytes;
   }
   protection(field.e2e, json);
+  protection(field.getter_e2e, json, "getter_e2e");
+  protection(field.setter_e2e, json, "setter_e2e");
   if (!field.ros_name.empty()) {
     json["ros_name"] = field.ros_name;
   }

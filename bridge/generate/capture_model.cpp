@@ -33,6 +33,71 @@ void CaptureModel::Seen::add(const someip::Message& message, const traffic::Plac
   transport = place.transport.value_or(Transport::udp);
 }
 
+void CaptureModel::note_server(someip::ServiceId service, const traffic::Place& place) {
+  if (server_count_ < max_servers &&
+      servers_[service].emplace(place.transport.value_or(Transport::udp), place.flow.from).second) {
+    ++server_count_;
+  }
+}
+
+void CaptureModel::add_servers(describe::Model& model) const {
+  std::set<someip::ServiceId> offered;
+  for (const describe::Instance& one : model.instances) {
+    offered.insert(one.service_id.value_or(someip::ServiceId{}));
+  }
+  for (const auto& [service, endpoints] : servers_) {
+    if (offered.contains(service)) {
+      continue;
+    }
+    std::vector<describe::Instance> found;
+    for (const auto& [transport, endpoint] : endpoints) {
+      const auto port =
+          transport == Transport::tcp ? &describe::Instance::tcp_port : &describe::Instance::udp_port;
+      auto same = std::ranges::find_if(found, [&, at = endpoint.address](const describe::Instance& one) {
+        return one.address == at && !(one.*port);
+      });
+      if (same == found.end()) {
+        found.push_back({.service = fmt::format("service_{:04x}", someip::value(service)),
+                         .service_id = service,
+                         .address = endpoint.address});
+        same = std::prev(found.end());
+      }
+      (*same).*port = endpoint.port;
+    }
+    model.instances.insert(model.instances.end(), found.begin(), found.end());
+  }
+}
+
+CaptureModel::Subscribed CaptureModel::subscribed() const {
+  Subscribed all;
+  for (const auto& [key, seen] : network_.subscriptions()) {
+    if (seen.state != traffic::SeenSubscription::State::acknowledged) {
+      continue;
+    }
+    const auto add = [&, &one = seen](Transport transport, const std::optional<Endpoint>& at) {
+      if (at) {
+        all[{one.service, transport, *at}].insert(one.eventgroup);
+      }
+    };
+    add(Transport::udp, seen.udp);
+    add(Transport::tcp, seen.tcp);
+    add(Transport::udp, seen.multicast);
+  }
+  return all;
+}
+
+std::vector<someip::EventgroupId> CaptureModel::eventgroups_of(someip::ServiceId service, const Seen& event,
+                                                               const Subscribed& subscribed) {
+  std::set<someip::EventgroupId> all;
+  for (const auto& [transport, receiver] : event.receivers) {
+    const auto found = subscribed.find({service, transport, receiver});
+    if (found != subscribed.end() && found->second.size() == 1) {
+      all.insert(*found->second.begin());
+    }
+  }
+  return {all.begin(), all.end()};
+}
+
 bool CaptureModel::message(const traffic::Place& place, std::size_t offset, const someip::Message& message) {
   const TimePoint time{place.time.time_since_epoch()};
   if (sd::is_sd(message.header)) {
@@ -70,6 +135,7 @@ bool CaptureModel::message(const traffic::Place& place, std::size_t offset, cons
     case someip::MessageType::response:
       member.response.add(message, place);
       member.answered = true;
+      note_server(message.header.service, place);
       break;
     case someip::MessageType::error:
       ++member.errors;
@@ -77,6 +143,10 @@ bool CaptureModel::message(const traffic::Place& place, std::size_t offset, cons
       break;
     case someip::MessageType::notification:
       member.event.add(message, place);
+      if (member.event.receivers.size() < max_receivers) {
+        member.event.receivers.emplace(member.event.transport, place.flow.to);
+      }
+      note_server(message.header.service, place);
       break;
     default:
       ++passed_over_;
@@ -171,6 +241,7 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
       }
     }
   }
+  const Subscribed receivers = subscribed();
   for (const auto& [key, member] : members_) {
     const auto& [service_id, id] = key;
     describe::Service& service = service_of(service_id);
@@ -199,6 +270,7 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
       event.transfer.transport = member.event.transport;
       event.observed_bytes = member.event.most_bytes;
       event.payload.known = false;
+      event.eventgroups = eventgroups_of(service_id, member.event, receivers);
       service.events.push_back(std::move(event));
     }
     if (has_method) {
@@ -214,7 +286,6 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
   }
   for (auto& [id, service] : services) {
     std::ranges::sort(service.eventgroups, {}, &describe::Eventgroup::id);
-    // Nothing on the wire says which eventgroup an event belongs to, unless there is only one.
     if (service.eventgroups.size() == 1) {
       for (describe::Event& event : service.events) {
         event.eventgroups = {service.eventgroups.front().id};
@@ -222,7 +293,41 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     }
     model.services.push_back(std::move(service));
   }
+  add_servers(model);
+  std::vector<documents::Problem> open = what_is_open(model);
+  reading.problems.insert(reading.problems.end(), std::make_move_iterator(open.begin()),
+                          std::make_move_iterator(open.end()));
   return reading;
+}
+
+std::vector<documents::Problem> what_is_open(const describe::Model& model) {
+  std::vector<documents::Problem> open;
+  for (const describe::Service& service : model.services) {
+    std::vector<std::string> events;
+    for (const describe::Event& event : service.events) {
+      if (event.eventgroups.empty()) {
+        events.push_back(event.name);
+      }
+    }
+    if (events.empty()) {
+      continue;
+    }
+    std::vector<std::string> groups;
+    for (const describe::Eventgroup& group : service.eventgroups) {
+      groups.push_back(fmt::format("0x{:04x}", someip::value(group.id)));
+    }
+    open.push_back(
+        {.severity = documents::Problem::Severity::warning,
+         .file = model.files.empty() ? std::string{} : model.files.front(),
+         .mark = {},
+         .text = groups.empty()
+                     ? fmt::format("{}: no subscription was seen; the eventgroups of {} are left open",
+                                   service.name, fmt::join(events, ", "))
+                     : fmt::format("{}: nothing tells which of the eventgroups {} these events are in, which "
+                                   "is left open: {}",
+                                   service.name, fmt::join(groups, ", "), fmt::join(events, ", "))});
+  }
+  return open;
 }
 
 describe::Reading read_capture(const std::string& file) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -45,6 +46,9 @@ class CaptureModel : public traffic::MessageSink {
  private:
   static constexpr std::size_t max_services = 10'000;
   static constexpr std::size_t max_members = 20'000;
+  /// Of an event: more receivers tell no more of its eventgroups.
+  static constexpr std::size_t max_receivers = 64;
+  static constexpr std::size_t max_servers = 2'000;
 
   /// One direction of one method, or an event.
   struct Seen {
@@ -53,6 +57,7 @@ class CaptureModel : public traffic::MessageSink {
     Transport transport = Transport::udp;
     bool there = false;
     std::uint64_t first_frame = 0;
+    std::set<std::pair<Transport, Endpoint>> receivers{};  ///< of events
     void add(const someip::Message& message, const traffic::Place& place);
   };
   struct Member {
@@ -66,14 +71,30 @@ class CaptureModel : public traffic::MessageSink {
   };
 
   void tell(const traffic::Sighting& sighting) const;
+  /// Who sends an answer or an event has the service.
+  void note_server(someip::ServiceId service, const traffic::Place& place);
+  /// Instances of services that nobody was seen to offer: where their messages came from.
+  void add_servers(describe::Model& model) const;
+  /// The eventgroups that a receiver's subscriptions name, as far as they were acknowledged.
+  using Subscribed =
+      std::map<std::tuple<someip::ServiceId, Transport, Endpoint>, std::set<someip::EventgroupId>>;
+  [[nodiscard]] Subscribed subscribed() const;
+  /// Those whose subscribers got an event. Who has two subscriptions at one endpoint tells nothing.
+  static std::vector<someip::EventgroupId> eventgroups_of(someip::ServiceId service, const Seen& event,
+                                                          const Subscribed& subscribed);
 
   Announced announced_;
   traffic::NetworkView network_{max_services};
   std::map<std::tuple<someip::ServiceId, someip::MethodId>, Member> members_{};
+  std::map<someip::ServiceId, std::set<std::pair<Transport, Endpoint>>> servers_{};
+  std::size_t server_count_ = 0;
   traffic::TpAssembly segments_{};
   std::uint64_t messages_ = 0;
   std::uint64_t passed_over_ = 0;
 };
+
+/// What a model of a capture leaves open: a warning for each service with events of unknown eventgroups.
+[[nodiscard]] std::vector<documents::Problem> what_is_open(const describe::Model& model);
 
 /// The model of a recorded capture (pcap or pcapng).
 /// @return with an error when it cannot be opened or read to its end; what came before the fault is there.

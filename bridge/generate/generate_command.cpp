@@ -118,6 +118,25 @@ TargetOptions target_options(const GenerateArguments& arguments) {
   return options;
 }
 
+/// Why a target has no file, and what helps.
+std::string_view why_nothing(const describe::Model& model) {
+  const auto known = [](const describe::Payload& payload) { return payload.known; };
+  bool has_members = false;
+  for (const describe::Service& service : model.services) {
+    has_members =
+        has_members || !service.events.empty() || !service.methods.empty() || !service.fields.empty();
+    if (std::ranges::any_of(service.events, known, &describe::Event::payload) ||
+        std::ranges::any_of(service.methods, known, &describe::Method::request) ||
+        std::ranges::any_of(service.fields, known, &describe::Field::payload)) {
+      return "no service has anything that it can carry; the lines above say why";
+    }
+  }
+  return has_members
+             ? "the sources have ids and no types; add what describes the services, such as FIDL, ARXML or "
+               "the types of ROS 2"
+             : "the sources have no service with methods, events or fields";
+}
+
 int run_page(GenerateArguments& arguments) {
   const auto at = parse_page_address(arguments.listen);
   if (!at) {
@@ -190,7 +209,15 @@ int run_generate(GenerateArguments& arguments) {
     }
   }
   arguments.sources.keep_ids();
-  return cli::exit_ok;
+  int status = cli::exit_ok;
+  for (const auto& [one, result] : results) {
+    if (result.files.empty()) {
+      fmt::print(stderr, "{}nothing to write to {}{}: {}\n", colour.red, one->name, colour.off,
+                 why_nothing(system.model));
+      status = cli::exit_failure;
+    }
+  }
+  return status;
 }
 
 }  // namespace
@@ -249,7 +276,8 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
       "30509\n"
       "  trestle generate /points --to routes,fidl -o points\n"
       "  trestle generate network:eth0 --for 30 --to vsomeip,sheet -o seen\n"
-      "Exit status: 0, or 1 when a file cannot be written, or 2 when a source is wrong.");
+      "Exit status: 0, or 1 when a file cannot be written or there is nothing to write, or 2 when a source "
+      "is wrong.");
   command->callback([arguments, &status] { status = run_generate(*arguments); });
 }
 

@@ -200,6 +200,7 @@ class RouteFile {
         field.has_getter = true;
         field.getter = route.getter->id;
         field.getter_transfer.transport = route.transport;
+        field.getter_e2e = protection_of(child(child(element, "e2e"), "getter"));
       }
       return;
     }
@@ -249,6 +250,8 @@ class RouteFile {
       (is_getter ? field.has_getter : field.has_setter) = true;
       (is_getter ? field.getter : field.setter) = route.method;
       (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp, element);
+      (is_getter ? field.getter_e2e : field.setter_e2e) =
+          protection_of(child(child(element, "e2e"), is_getter ? "getter" : "setter"));
       return;
     }
     if (std::ranges::find(service.methods, std::optional{route.method}, &describe::Method::id) !=

@@ -47,6 +47,37 @@ TEST(AllocateIds, NumbersMembersInTheirOrder) {
   EXPECT_EQ(model.instances[0].id, someip::InstanceId{1});
 }
 
+TEST(AllocateIds, GuessesNoEventgroupOfWhatACaptureShows) {
+  Model model{.services = {service("Door")}};
+  model.services[0].eventgroups = {{.id = someip::EventgroupId{5}}, {.id = someip::EventgroupId{7}}};
+  model.services[0].events[0].observed_bytes = 4;
+  model.services[0].events[0].payload.known = false;
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_THAT(model.services[0].events[0].eventgroups, IsEmpty());
+  EXPECT_THAT(model.services[0].fields[0].eventgroups, ElementsAre(someip::EventgroupId{5}));
+  // Of one that is described, too, a route needs it: with a warning.
+  model.services[0].events[0].payload.known = true;
+  const std::vector<documents::Problem> problems = allocate_ids(model, lock);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_EQ(problems[0].text, "Door.moved: the capture does not tell its eventgroup; 0x0005 is taken");
+  EXPECT_THAT(model.services[0].events[0].eventgroups, ElementsAre(someip::EventgroupId{5}));
+}
+
+TEST(AllocateIds, GivesProvidedInstancesWithoutIdOneWithAWarning) {
+  Model model{.services = {service("Door")}};
+  model.instances = {{.service = "car.Door", .id = someip::InstanceId{1}},
+                     {.service = "car.Door"},
+                     {.role = Instance::Role::required, .service = "car.Door"}};
+  IdLock lock;
+  const std::vector<documents::Problem> problems = allocate_ids(model, lock);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_EQ(model.instances[1].id, someip::InstanceId{2});
+  EXPECT_EQ(model.instances[2].id, std::nullopt) << "any";
+}
+
 TEST(AllocateIds, LeavesWhatIsGiven) {
   Model model{.services = {service("Door")}};
   model.services[0].id = someip::ServiceId{0x1234};

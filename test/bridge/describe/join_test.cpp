@@ -2,6 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <chrono>
+
+#include "bridge/describe/model_json.hpp"
+#include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -9,6 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+using namespace std::chrono_literals;
 
 /// As a FIDL file tells of it.
 Model described() {
@@ -68,6 +74,235 @@ TEST(Join, DoesTheSameInTheOtherOrder) {
   EXPECT_EQ(model.instances.front().service, "car.Door");
 }
 
+/// Names and types, and nothing of how they are carried.
+Model named() {
+  Model model{.files = {"Door.fidl"}};
+  const TypeIndex number = model.add({.primitive = messages::Primitive::uint8});
+  const Payload payload{.values = {{.name = "x", .type = number}}};
+  Service door{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
+  door.events = {{.name = "moved", .id = someip::MethodId{0x8001}, .payload = payload}};
+  door.methods = {{.name = "open", .id = someip::MethodId{1}, .request = payload, .response = payload}};
+  door.fields = {{.name = "angle",
+                  .payload = payload,
+                  .getter = someip::MethodId{2},
+                  .setter = someip::MethodId{3},
+                  .notifier = someip::MethodId{0x8002}}};
+  model.services = {door};
+  model.instances = {{.service = "car.Door", .id = someip::InstanceId{1}}};
+  return model;
+}
+
+/// The same ids, and nothing that one could know of them.
+Model unnamed() {
+  Model model{.files = {"vsomeip.json"}};
+  Service service{.name = "service_1234", .id = someip::ServiceId{0x1234}};
+  service.events = {{.name = "event_8001", .id = someip::MethodId{0x8001}, .payload = {.known = false}}};
+  for (const int id : {1, 2, 3}) {
+    service.methods.push_back({.name = "method", .id = static_cast<someip::MethodId>(id)});
+    service.methods.back().request.known = service.methods.back().response.known = false;
+  }
+  service.fields = {{.name = "field_8002",
+                     .payload = {.known = false},
+                     .notifier = someip::MethodId{0x8002},
+                     .has_getter = false,
+                     .has_setter = false}};
+  model.services = {service};
+  model.instances = {
+      {.service = "service_1234", .service_id = someip::ServiceId{0x1234}, .id = someip::InstanceId{1}}};
+  return model;
+}
+
+Transfer transfer(std::uint32_t segment_bytes) {
+  return {.transport = Transport::tcp,
+          .segment_bytes = segment_bytes,
+          .separation = 1ms,
+          .debounce = 2ms,
+          .retention = 3ms};
+}
+
+Protection protection(std::uint64_t data_id) {
+  return {.profile = "4", .numbers = {{"data_id", data_id}}, .words = {}};
+}
+
+/// Everything that can be said of an instance, and of a service beside its members.
+void fill_instance(Model& model) {
+  Service& service = model.services.front();
+  service.has_version = true;
+  service.major = 3;
+  service.minor = 4;
+  service.notes.description = "A door.";
+  service.eventgroups = {{.name = "doors", .id = someip::EventgroupId{5}}};
+  Instance& instance = model.instances.front();
+  instance.name = "left";
+  instance.major = 3;
+  instance.minor = 4;
+  instance.address = IpAddress::v4(10, 0, 0, 1);
+  instance.udp_port = 30501;
+  instance.tcp_port = 30502;
+  instance.multicast = {
+      {.eventgroup = someip::EventgroupId{5}, .group = {IpAddress::v4(239, 0, 0, 1), 30503}, .threshold = 2}};
+  instance.timing = sd::Timing{.initial_delay_min = 7ms};
+  instance.priority = 1;
+  instance.weight = 2;
+  instance.configuration = {{"key", "value"}};
+  instance.machine = "ecu";
+  instance.notes.unit = "1";
+}
+
+/// `named()` with all else that can be known.
+Model full() {
+  Model model = named();
+  fill_instance(model);
+  Service& door = model.services.front();
+  Event& moved = door.events.front();
+  moved.eventgroups = {someip::EventgroupId{5}};
+  moved.transfer = transfer(160);
+  moved.cycle = 10ms;
+  moved.observed_bytes = 11;
+  moved.e2e = protection(1);
+  moved.notes.description = "It moved.";
+  Method& open = door.methods.front();
+  open.request_transfer = transfer(176);
+  open.response_transfer = transfer(192);
+  open.timeout = 12ms;
+  open.observed_bytes = 13;
+  open.e2e = protection(2);
+  open.notes.unit = "mm";
+  Field& angle = door.fields.front();
+  angle.eventgroups = {someip::EventgroupId{5}};
+  angle.getter_transfer = transfer(208);
+  angle.setter_transfer = transfer(224);
+  angle.notifier_transfer = transfer(240);
+  angle.cycle = 14ms;
+  angle.observed_bytes = 15;
+  angle.e2e = protection(3);
+  angle.getter_e2e = protection(4);
+  angle.setter_e2e = protection(5);
+  angle.notes.others = {{"@author", "me"}};
+  return model;
+}
+
+/// `unnamed()` with the same.
+Model unnamed_and_full() {
+  Model model = unnamed();
+  fill_instance(model);
+  Service& service = model.services.front();
+  const Model known = full();
+  const Service& door = known.services.front();
+  const auto take = [](auto& to, auto from) {
+    from.name = to.name;
+    from.id = to.id;
+    return to = std::move(from);
+  };
+  take(service.events[0], door.events[0]);
+  service.events[0].payload = {.known = false};
+  take(service.methods[0], door.methods[0]);
+  service.methods[0].request = service.methods[0].response = {.known = false};
+  const Field& angle = door.fields[0];
+  service.methods[1].response_transfer = angle.getter_transfer;
+  service.methods[1].e2e = angle.getter_e2e;
+  service.methods[2].request_transfer = service.methods[2].response_transfer = angle.setter_transfer;
+  service.methods[2].e2e = angle.setter_e2e;
+  Field& field = service.fields[0];
+  field.eventgroups = angle.eventgroups;
+  field.notifier_transfer = angle.notifier_transfer;
+  field.cycle = angle.cycle;
+  field.observed_bytes = angle.observed_bytes;
+  field.e2e = angle.e2e;
+  field.notes = angle.notes;
+  return model;
+}
+
+std::string joined(Model first, Model second) {
+  append(first, std::move(second));
+  EXPECT_THAT(join(first), IsEmpty());
+  return canonical(first);
+}
+
+TEST(Join, LosesNothingBesideADescriptionThatKnowsNothing) {
+  Model alone = full();
+  ASSERT_THAT(join(alone), IsEmpty());
+  EXPECT_EQ(joined(full(), unnamed()), canonical(alone));
+  EXPECT_EQ(joined(unnamed(), full()), canonical(alone));
+}
+
+TEST(Join, LosesNothingOfWhatIsKnownByIdsAlone) {
+  Model alone = full();
+  ASSERT_THAT(join(alone), IsEmpty());
+  EXPECT_EQ(joined(named(), unnamed_and_full()), canonical(alone));
+  EXPECT_EQ(joined(unnamed_and_full(), named()), canonical(alone));
+}
+
+TEST(Join, GivesEachMessageItsProtection) {
+  const std::string text = R"({"e2e":{"e2e_enabled":"true","protected":[
+{"service_id":"0x1234","event_id":"0x8001","profile":"P04","variant":"protector","data_id":"1"},
+{"service_id":"0x1234","event_id":"0x0001","profile":"P04","variant":"checker","data_id":"2"},
+{"service_id":"0x1234","event_id":"0x8002","profile":"P04","variant":"protector","data_id":"3"},
+{"service_id":"0x1234","event_id":"0x0002","profile":"P04","variant":"checker","data_id":"4"},
+{"service_id":"0x1234","event_id":"0x0003","profile":"P04","variant":"checker","data_id":"5"}]}})";
+  // As an event, and as a field.
+  for (const std::string& front :
+       {std::string{"{"}, std::string{R"({"services":[{"service":"0x1234","instance":"1",
+"events":[{"event":"0x8002","is_field":"true","cycle":"20"}]}],)"}}) {
+    const std::vector<SourceText> sources{{"e2e.json", front + text.substr(1)}};
+    Reading reading = read_vsomeip(sources);
+    ASSERT_TRUE(reading.ok());
+    Model model = named();
+    append(model, std::move(reading.model));
+    EXPECT_THAT(join(model), IsEmpty());
+    ASSERT_THAT(model.services, SizeIs(1));
+    const Service& door = model.services.front();
+    EXPECT_EQ(door.events[0].e2e.numbers.at("data_id"), 1U);
+    EXPECT_EQ(door.methods[0].e2e.numbers.at("data_id"), 2U);
+    EXPECT_EQ(door.fields[0].e2e.numbers.at("data_id"), 3U);
+    EXPECT_EQ(door.fields[0].getter_e2e.numbers.at("data_id"), 4U);
+    EXPECT_EQ(door.fields[0].setter_e2e.numbers.at("data_id"), 5U);
+    EXPECT_EQ(door.fields[0].cycle.has_value(), front.size() > 1);
+  }
+}
+
+TEST(Join, KeepsMembersThatOneSourceAloneHas) {
+  Model model = named();
+  Model other = unnamed();
+  other.services[0].events.push_back({.name = "event_8009", .id = someip::MethodId{0x8009}});
+  other.services[0].methods.push_back({.name = "method_0009", .id = someip::MethodId{9}});
+  append(model, std::move(other));
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.services, SizeIs(1));
+  EXPECT_THAT(model.services[0].events, SizeIs(2));
+  EXPECT_THAT(model.services[0].methods, SizeIs(2));
+  EXPECT_THAT(model.services[0].fields, SizeIs(1));
+}
+
+TEST(Join, TakesAnInstanceWithoutIdForTheOnlyOne) {
+  Model model = named();
+  Model other = unnamed();
+  other.instances[0].id.reset();
+  other.instances[0].udp_port = 30501;
+  append(model, other);
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.instances, SizeIs(1));
+  EXPECT_EQ(model.instances[0].udp_port, 30501);
+  // Not where they contradict.
+  other.instances[0].udp_port = 30502;
+  append(model, other);
+  EXPECT_THAT(join(model), IsEmpty());
+  EXPECT_THAT(model.instances, SizeIs(2));
+}
+
+TEST(Join, TakesTheServiceOfTheSameMajorVersion) {
+  Model model = named();
+  model.services.push_back({.name = "Door2", .scope = "car", .id = someip::ServiceId{0x1234}, .major = 2});
+  Model other = unnamed();
+  other.services[0].major = 2;
+  other.services[0].minor = 7;
+  other.services[0].has_version = true;
+  append(model, std::move(other));
+  EXPECT_THAT(join(model), IsEmpty());
+  EXPECT_EQ(model.services[0].minor, 0U);
+  EXPECT_EQ(model.services[1].minor, 7U);
+}
+
 TEST(Join, KeepsWhatNobodyDescribes) {
   Model model = configured();
   EXPECT_THAT(join(model), IsEmpty());
@@ -77,11 +312,32 @@ TEST(Join, KeepsWhatNobodyDescribes) {
 
 TEST(Join, TellsOfServicesThatAreThereTwice) {
   Model model = described();
-  append(model, described());
+  Model other = described();
+  other.services[0].events[0].payload.values.clear();
+  append(model, std::move(other));
   const auto problems = join(model);
   ASSERT_THAT(problems, SizeIs(1));
-  EXPECT_EQ(problems.front().text, "service car.Door is described twice, also at Door.fidl:3:1");
+  EXPECT_EQ(problems.front().text,
+            "service car.Door is described twice, also at Door.fidl:3:1: name one of the two files");
   EXPECT_EQ(problems.front().mark, (documents::Mark{3, 1}));
+}
+
+TEST(Join, TakesTwoDescriptionsThatSayTheSameForOne) {
+  Model model = described();
+  Model other = described();
+  // As ARXML has it: another scope, and a place that the first does not know.
+  other.files = {"Door.arxml"};
+  other.services[0].scope = "/car";
+  other.types[0].name = "Number";
+  other.instances[0] = {.service = "/car/Door", .id = someip::InstanceId{1}, .udp_port = 30501};
+  append(model, std::move(other));
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.services, SizeIs(1));
+  EXPECT_EQ(model.services[0].scope, "car");
+  EXPECT_THAT(model.types, SizeIs(1)) << "there would be two of each name";
+  EXPECT_EQ(model.services[0].fields[0].payload.values[0].type, TypeIndex{0});
+  ASSERT_THAT(model.instances, SizeIs(1));
+  EXPECT_EQ(model.instances[0].udp_port, 30501);
 }
 
 TEST(Join, TellsOfIdsThatAreThereTwice) {

@@ -312,9 +312,45 @@ TEST(WriteVsomeip, TellsWhatItCannotCarry) {
     lines.push_back(one.element + ": " + one.what);
   }
   EXPECT_THAT(
-      lines, ElementsAre("org.example.Door: a service without id",
-                         "org.example.Lock: a service without instance", "org.example.Lock.e: E2E profile 11",
-                         "org.example.Lock.e: an event without id", "org.example.Lock.e: selective"));
+      lines,
+      ElementsAre("org.example.Door: a service without id", "org.example.Lock: a service without instance",
+                  "org.example.Lock.e: E2E profile 11", "org.example.Lock.e: an event without id",
+                  "org.example.Lock.e: no eventgroup: nobody can subscribe to it",
+                  "org.example.Lock.e: selective"));
+}
+
+TEST(WriteVsomeip, TellsOfVersionsRolesAndTransports) {
+  Model model;
+  Service door{.name = "Door", .id = someip::ServiceId{1}, .major = 2, .minor = 3, .has_version = true};
+  door.methods = {{.name = "open", .id = someip::MethodId{1}},
+                  {.name = "ring", .id = someip::MethodId{2}, .fire_and_forget = true}};
+  door.methods[0].request_transfer.transport = Transport::tcp;
+  door.methods[0].timeout = std::chrono::milliseconds{5};
+  door.fields = {
+      {.name = "angle", .getter = someip::MethodId{3}, .setter = someip::MethodId{4}, .has_notifier = false}};
+  model.services = {door};
+  model.instances = {{.service = "Door",
+                      .service_id = someip::ServiceId{1},
+                      .id = someip::InstanceId{7},
+                      .configuration = {{"a", "b"}}}};
+  const auto lines = [&model] {
+    std::vector<std::string> all;
+    for (const NotCarried& one : write_vsomeip(model).not_carried) {
+      all.push_back(one.element + ": " + one.what);
+    }
+    return all;
+  };
+  // An instance without a name has that of its service and its id.
+  EXPECT_THAT(lines(),
+              ::testing::UnorderedElementsAre(
+                  "Door 0x0007: no port: vsomeip offers it to this host alone", "Door: its version: 2.3",
+                  "Door.open: that it is carried by TCP: a client takes either port",
+                  "Door.open: its timeout", "Door.ring: that it has no answer",
+                  "Door.angle: which methods read and write it: getter 0x0003, setter 0x0004",
+                  "Door 0x0007: configuration options"));
+  // Where there is TCP alone, nothing else can be taken.
+  model.instances[0].tcp_port = 30501;
+  EXPECT_THAT(lines(), ::testing::Not(::testing::Contains(HasSubstr("carried by TCP"))));
 }
 
 TEST(ReadVsomeip, DoesNotTakeUnknownPayloadsForEmptyOnes) {

@@ -41,6 +41,9 @@ TEST(ReadCapture, FindsServicesMembersAndEndpoints) {
   ASSERT_THAT(reading.model.instances, SizeIs(1));
   EXPECT_TRUE(reading.model.instances.front().address);
   EXPECT_TRUE(reading.model.instances.front().udp_port);
+  // By UDP to the endpoint of the subscription of 0x4470, by TCP to that of 0x4471.
+  EXPECT_THAT(service.events[0].eventgroups, ElementsAre(someip::EventgroupId{0x4470}));
+  EXPECT_THAT(service.events[1].eventgroups, ElementsAre(someip::EventgroupId{0x4471}));
 }
 
 TEST(ReadCapture, PutsSegmentsTogether) {
@@ -81,7 +84,7 @@ TEST(CaptureModel, KeepsOfAMethodAndAnEventOfOneIdTheOneWithMoreMessages) {
   ASSERT_THAT(reading.model.services, SizeIs(1));
   EXPECT_THAT(names(reading.model.services.front().methods), ElementsAre("method_0001"));
   EXPECT_THAT(names(reading.model.services.front().events), ElementsAre("event_0002"));
-  ASSERT_THAT(reading.problems, SizeIs(2));
+  ASSERT_THAT(reading.problems, SizeIs(3));  // the last: no subscription was seen
   EXPECT_THAT(
       to_string(reading.problems[1]),
       HasSubstr("service_3000 has a method and an event of the id 0x0002: 2 messages are of the method, 3 "
@@ -116,6 +119,51 @@ TEST(ReadCapture, DescribesEveryCaptureThatIsThere) {
     EXPECT_FALSE(describe::to_json_text(system.model).empty()) << entry.path();
   }
   EXPECT_GT(read, 0U);
+}
+
+/// Hands messages to a CaptureModel as if they had been captured.
+class Scene {
+ public:
+  void send(Transport transport, const Endpoint& from, const Endpoint& to, someip::MessageType type,
+            std::uint16_t method) {
+    traffic::Place place;
+    place.transport = transport;
+    place.flow.from = from;
+    place.flow.to = to;
+    someip::Message message;
+    message.header.service = someip::ServiceId{0x1234};
+    message.header.method = static_cast<someip::MethodId>(method);
+    message.header.interface_version = 1;
+    message.header.type = type;
+    model_.message(place, 0, message);
+  }
+  [[nodiscard]] describe::Model model() const { return model_.reading("scene").model; }
+
+ private:
+  CaptureModel model_;
+};
+
+TEST(ReadCapture, TakesTheEndpointOfAnswersWhereNobodyOffers) {
+  const Endpoint server{IpAddress::v4(10, 0, 0, 1), 30491};
+  const Endpoint client{IpAddress::v4(10, 0, 0, 3), 40000};
+  Scene scene;
+  scene.send(Transport::udp, client, server, someip::MessageType::request, 1);
+  EXPECT_THAT(scene.model().instances, IsEmpty()) << "a request may go anywhere";
+  scene.send(Transport::udp, server, client, someip::MessageType::response, 1);
+  scene.send(Transport::tcp, {server.address, 30492}, client, someip::MessageType::notification, 0x8001);
+  scene.send(Transport::udp, {IpAddress::v4(10, 0, 0, 2), 30491}, client, someip::MessageType::response, 1);
+  const describe::Model model = scene.model();
+  ASSERT_THAT(model.instances, SizeIs(2));
+  EXPECT_EQ(model.instances[0].address, server.address);
+  EXPECT_EQ(model.instances[0].udp_port, 30491);
+  EXPECT_EQ(model.instances[0].tcp_port, 30492);
+  EXPECT_EQ(model.instances[0].id, std::nullopt);
+  EXPECT_EQ(model.instances[1].address, IpAddress::v4(10, 0, 0, 2));
+  // And the eventgroup is open, which is told.
+  EXPECT_THAT(model.services[0].events[0].eventgroups, IsEmpty());
+  ASSERT_THAT(what_is_open(model), SizeIs(1));
+  EXPECT_EQ(what_is_open(model)[0].text,
+            "service_1234: no subscription was seen; the eventgroups of event_8001 are left open");
 }
 
 TEST(ReadCapture, SaysThatThereIsNoCapture) {

@@ -2,6 +2,7 @@
 """`trestle generate` and `trestle diff` as a user runs them. Usage: generate_command_test.py TRESTLE SOURCE_FOLDER"""
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -154,6 +155,50 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 2)
         self.assertIn("none.fidl: error: cannot be read", errors)
 
+    def test_writes_no_file_where_there_is_nothing_to_write(self):
+        capture = source / "pcaps" / "vsomeip" / "field_getter_setter_notifier.pcap"
+        for target in ("routes", "msg"):
+            out = self.folder / target
+            status, _, errors = run("generate", capture, "--to", target, "-o", out)
+            self.assertEqual(status, 1, errors)
+            self.assertEqual([path.name for path in out.rglob("*") if path.name != "ids.lock"], [])
+            self.assertIn(f"nothing to write to {target}: the sources have ids and no types; add what describes", errors)
+            lines = [line for line in errors.splitlines() if "event_8010" in line]
+            self.assertEqual(len(lines), 1, errors)
+
+    def test_mixes_a_description_with_what_vsomeip_protects(self):
+        protected = [{"service_id": "0x4711", "event_id": id, "profile": "P04", "variant": "protector", "data_id": str(data)} for data, id in enumerate(("0x8010", "0x0010", "0x8001", "0x0001"), 1)]
+        file = self.folder / "e2e.json"
+        file.write_text(json.dumps({"e2e": {"e2e_enabled": "true", "protected": protected}}))
+        status, output, errors = run("generate", DOOR, file, "--to", "json")
+        self.assertEqual(status, 0, errors)
+        found = []
+
+        def look(node):
+            if isinstance(node, dict):
+                found.extend(value["data_id"] for key, value in node.items() if key.endswith("e2e"))
+                for value in node.values():
+                    look(value)
+            elif isinstance(node, list):
+                for value in node:
+                    look(value)
+
+        look(json.loads(output)["services"])
+        self.assertEqual(sorted(found), [1, 2, 3, 4])
+
+    def test_diff_takes_what_vsomeip_does_not_say_for_unknown(self):
+        out = self.folder / "out"
+        self.assertEqual(run("generate", DOOR, "--to", "vsomeip", "-o", out, "-q")[0], 0)
+        status, output, errors = run("diff", DOOR, out)
+        self.assertEqual(status, 0, output + errors)
+        self.assertIn("changes: 0,", output)
+
+    def test_diff_finds_nothing_that_breaks_in_our_own_arxml(self):
+        out = self.folder / "out"
+        self.assertEqual(run("generate", DOOR, "--to", "arxml", "-o", out, "-q")[0], 0)
+        status, output, errors = run("diff", DOOR, out)
+        self.assertEqual(status, 0, output + errors)
+
     def test_reads_a_capture(self):
         status, output, errors = run("generate", source / "pcaps" / "vsomeip" / "rr_udp.pcap", "--to", "json")
         self.assertEqual(status, 0, errors)
@@ -219,9 +264,34 @@ class Generate(unittest.TestCase):
         status, output, errors = run("explain", "geometry_msgs/msg/Point", "--values", "{y: 1.5}", "--json")
         self.assertEqual(status, 0, errors)
         self.assertEqual(json.loads(output)[0]["ranges"][1]["value"], "1.5")
+        # The names and words that `call` takes.
+        for name in ("Door.label.set", "Door.0x0001.label.get", "car.Door.label.notify", "Door.Speed"):
+            status, output, errors = run("explain", name, DOOR)
+            self.assertEqual(status, 0, errors)
+        status, output, errors = run("explain", "Door.open", DOOR, "--values", "{speed: FAST, opening: 80}", "--json")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("FAST", output)
         status, _, errors = run("explain", "Door.opn", DOOR)
         self.assertEqual(status, 2)
         self.assertIn("did you mean 'Door.open'?", errors)
+
+    def test_takes_the_fidl_and_the_arxml_of_one_service_for_one(self):
+        status, output, errors = run("explain", "Seat.adjust", SEAT)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("Seat.adjust request:", output)
+        status, output, errors = run("generate", SEAT, "--to", "json")
+        self.assertEqual(status, 0, errors)
+        self.assertEqual([service["name"] for service in json.loads(output)["services"]], ["Seat"])
+        # Where they contradict, which file to name.
+        folder = self.folder / "seat"
+        folder.mkdir()
+        for file in SEAT.iterdir():
+            (folder / file.name).write_text(file.read_text())
+        text = (folder / "Seat.fdepl").read_text()
+        (folder / "Seat.fdepl").write_text(re.sub(r"(SomeIpMethodID = )\w+", r"\g<1>0x7001", text, count=1))
+        status, _, errors = run("generate", folder, "--to", "json")
+        self.assertEqual(status, 2)
+        self.assertRegex(errors, r"seat.arxml:\d+:\d+: error: service .*Seat.fidl:\d+:\d+: name one of the two files")
 
     def test_diff_says_what_breaks(self):
         status, output, _ = run("diff", DOOR, self.door())

@@ -319,7 +319,9 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
     if (const auto number = number_in(id, 0, 0xffff, problems_)) {
       instance.id = static_cast<someip::InstanceId>(*number);
       if (!someip::names_an_instance(*instance.id)) {
-        problems_.warning(id->place(), std::string{id->text} + " cannot be the id of an instance");
+        problems_.warning(id->place(),
+                          std::string{id->text} + " cannot be the id of an instance: it is left open");
+        instance.id.reset();
       }
     }
   }

@@ -135,6 +135,7 @@ void VsomeipReader::event(const JsonNode& node, Service& service, const Instance
                               .has_getter = false,
                               .has_setter = false,
                               .notifier_transfer = transfer,
+                              .cycle = cycle,
                               .place = place(node)});
     return;
   }

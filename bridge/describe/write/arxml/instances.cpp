@@ -52,7 +52,7 @@ void Writer::write_instances() {
   for (const Instance& instance : model_.instances) {
     const bool provided = instance.role == Instance::Role::provided;
     const auto deployment = deployments_.find(instance.service);
-    const std::string label = instance.name.empty() ? instance.service : instance.name;
+    const std::string label = label_of(instance);
     if (deployment == deployments_.end()) {
       lost(label, "the instance: its service is not described", instance.place);
       continue;

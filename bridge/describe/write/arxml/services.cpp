@@ -251,10 +251,14 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
   }
 }
 
-void Writer::write_transfer(Xml& xml, const Transfer& transfer, const std::string& element) {
+void Writer::write_transfer(Xml& xml, const Transfer& transfer, const std::string& element,
+                            const Place& place) {
   xml.leaf("TRANSPORT-PROTOCOL", transfer.transport == Transport::tcp ? "TCP" : "UDP");
-  if (transfer.debounce.count() != 0 || transfer.retention.count() != 0) {
-    lost(element, "its times of collecting several messages");
+  // CommonAPI's times where nobody wrote others: nothing that somebody would miss.
+  constexpr std::chrono::milliseconds usual_retention{5};
+  if (transfer.debounce.count() != 0 ||
+      (transfer.retention.count() != 0 && transfer.retention != usual_retention)) {
+    lost(element, "its times of collecting several messages", place);
   }
 }
 
@@ -348,7 +352,11 @@ void Writer::write_service(const Service& service) {
     check_payload(element, field.payload, field.place);
     write_wire(service, path, name, "FIELD-REFS", "FIELD-REF", "FIELD",
                {{Prototype{path + "/" + name, "FIELD"}, &value}}, field.payload);
-    if (!field.e2e.profile.empty()) {
+    if (field.cycle) {
+      lost(element, "its cycle", field.place);
+    }
+    if (!field.e2e.profile.empty() || !field.getter_e2e.profile.empty() ||
+        !field.setter_e2e.profile.empty()) {
       lost(element, "its E2E protection", field.place);
     }
   }
@@ -405,7 +413,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     }
     transfer(events, event.transfer, "");
     separation(events, event.transfer, "");
-    write_transfer(events, event.transfer, service.name + "." + event.name);
+    write_transfer(events, event.transfer, service.name + "." + event.name, event.place);
     events.close();
     for (const someip::EventgroupId group : event.eventgroups) {
       groups[group].push_back(path + "/" + short_one);
@@ -427,7 +435,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     }
     separation(methods, method.request_transfer, "-REQUEST");
     separation(methods, method.response_transfer, "-RESPONSE");
-    write_transfer(methods, method.request_transfer, service.name + "." + method.name);
+    write_transfer(methods, method.request_transfer, service.name + "." + method.name, method.place);
     methods.close();
   }
   Xml fields;
@@ -457,7 +465,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
         fields.leaf("METHOD-ID", number(someip::value(*id)));
       }
       separation(fields, what, suffix);
-      write_transfer(fields, what, service.name + "." + field.name);
+      write_transfer(fields, what, service.name + "." + field.name + "." + part_name, field.place);
       fields.close();
     };
     part("GET", "get", field.has_getter, field.getter, field.getter_transfer, "-RESPONSE");

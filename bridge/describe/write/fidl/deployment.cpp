@@ -453,7 +453,10 @@ Block Deployment::attribute(const Field& field) {
   if (!field.payload.values.empty()) {
     use(block, field.payload.values.front(), nullptr, User::attribute, field.name);
   }
-  if (!field.e2e.profile.empty()) {
+  if (field.cycle) {
+    lose(field.name, "a cycle", field.place);
+  }
+  if (!field.e2e.profile.empty() || !field.getter_e2e.profile.empty() || !field.setter_e2e.profile.empty()) {
     lose(field.name, "E2E protection", field.place);
   }
   return block;
@@ -603,7 +606,7 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
   if (instance.id) {
     inner.settings.push_back(fmt::format("SomeIpInstanceID = {}", static_cast<unsigned>(*instance.id)));
   } else {
-    lose(instance.name, "it has no SomeIpInstanceID yet", instance.place);
+    lose(label_of(instance), "it has no SomeIpInstanceID yet", instance.place);
   }
   if (instance.address) {
     inner.settings.push_back("SomeIpUnicastAddress = " + quoted(full_text(*instance.address)));
@@ -633,10 +636,10 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
   kept(inner, instance.notes, {"Domain", "Variant", "Year", "PreregisteredProperties"}, instance.name);
   if (instance.timing || instance.priority || instance.weight || !instance.configuration.empty() ||
       !instance.machine.empty()) {
-    lose(instance.name, "settings of service discovery, or the machine", instance.place);
+    lose(label_of(instance), "settings of service discovery, or the machine", instance.place);
   }
   if (instance.major || instance.minor) {
-    lose(instance.name, "a version of the instance's own", instance.place);
+    lose(label_of(instance), "a version of the instance's own", instance.place);
   }
   block.children.push_back(std::move(inner));
   return block;

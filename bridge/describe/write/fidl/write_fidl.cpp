@@ -93,15 +93,13 @@ Written Writer::all() {
     fdepl(package);
   }
   for (const Machine& machine : model_.machines) {
-    lose(machine.name, "a machine", machine.place);
+    lose(machine.name.empty() ? "the machine" : machine.name, "a machine", machine.place);
   }
   for (const Instance& instance : model_.instances) {
     if (instance.role == Instance::Role::required) {
-      lose(instance.name.empty() ? instance.service : instance.name,
-           "an instance that is used and not offered", instance.place);
+      lose(label_of(instance), "an instance that is used and not offered", instance.place);
     } else if (plan_.service(instance.service) == nullptr) {
-      lose(instance.name.empty() ? instance.service : instance.name,
-           "an instance of a service that is not described", instance.place);
+      lose(label_of(instance), "an instance of a service that is not described", instance.place);
     }
   }
   return std::move(result_);

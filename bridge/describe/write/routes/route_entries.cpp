@@ -18,6 +18,11 @@
 namespace trestle::describe {
 namespace {
 
+// Why there is no route of a member.
+constexpr const char* no_id = "it has no id";
+constexpr const char* no_eventgroup = "it has no eventgroup";
+constexpr const char* no_form = "its type has no form in ROS 2";
+
 template <typename Id>
 std::string hex(Id id) {
   return fmt::format("0x{:04x}", someip::value(id));
@@ -217,6 +222,8 @@ class Entries {
                        : field.getter_transfer,
            field.place);
     put_protection(node, field.e2e, false, "event");
+    put_protection(node, field.getter_e2e, true, "getter");
+    put_protection(node, field.setter_e2e, true, "setter");
     put_wire(node, lowered->rules);
     std::vector<const Transfer*> transfers;
     for (const auto& [there, transfer] : {std::pair{field.has_getter, &field.getter_transfer},
@@ -237,11 +244,11 @@ class Entries {
   bool complete(const std::string& member, const Place& place, const LoweredMember* lowered, bool has_ids,
                 bool has_eventgroup) {
     if (!has_ids || !service_.id || !instance_.id) {
-      lacks(member, "it has no id", place);
+      lacks(member, no_id, place);
     } else if (!has_eventgroup) {
-      lacks(member, "it has no eventgroup", place);
+      lacks(member, no_eventgroup, place);
     } else if (lowered == nullptr) {
-      lacks(member, "its type has no form in ROS 2", place);
+      lacks(member, no_form, place);
     } else {
       return true;
     }
@@ -439,13 +446,29 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
   }
   std::vector<RouteEntry> all;
   not_carried.insert(not_carried.end(), lowered.not_carried.begin(), lowered.not_carried.end());
+  // Each reason once: of several instances, and of what has no form in ROS 2 anyway.
+  std::set<std::string> formless;
+  for (const NotCarried& one : lowered.not_carried) {
+    formless.insert(one.element);
+  }
+  std::set<std::pair<std::string, std::string>> told;
+  const auto tell = [&](const Service& service, std::vector<NotCarried> reasons) {
+    for (NotCarried& one : reasons) {
+      const std::string member = one.element.substr(std::min(service.name.size(), one.element.size()));
+      const bool is_no_route = one.what == no_form || one.what == no_eventgroup || one.what == no_id;
+      const bool is_known = is_no_route && formless.contains(full_name(service.scope, service.name) + member);
+      if (!is_known && told.emplace(one.element, one.what).second) {
+        not_carried.push_back(std::move(one));
+      }
+    }
+  };
   std::set<std::tuple<std::string, someip::InstanceId, Side>> done;
   std::uint32_t next_port = options.first_port;
   for (const Instance& instance : model.instances) {
     const Service* service = index.service(instance.service);
     if (service == nullptr) {
-      not_carried.push_back({instance.name.empty() ? instance.service : instance.name,
-                             "the instance of a service that is not described", instance.place});
+      not_carried.push_back(
+          {label_of(instance), "the instance of a service that is not described", instance.place});
       continue;
     }
     const bool provided = instance.role == Instance::Role::provided;
@@ -462,7 +485,9 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     if (side == Side::server && provided && instance.tcp_port.value_or(port) != port) {
       not_carried.push_back({service->name, "its TCP port: it is offered at the UDP port", instance.place});
     }
-    std::vector<RouteEntry> entries = entries_of.of(*service, instance, side, port, not_carried);
+    std::vector<NotCarried> reasons;
+    std::vector<RouteEntry> entries = entries_of.of(*service, instance, side, port, reasons);
+    tell(*service, std::move(reasons));
     all.insert(all.end(), std::make_move_iterator(entries.begin()), std::make_move_iterator(entries.end()));
   }
   return all;

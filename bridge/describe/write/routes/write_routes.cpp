@@ -50,6 +50,9 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
       written.not_carried.push_back({service.name, "its minor version: a client takes any", service.place});
     }
   }
+  if (entries.empty()) {
+    return written;  // a bridge takes no file without routes
+  }
   std::string text = "# Made by `trestle generate`";
   for (std::size_t i = 0; i < model.files.size() && i < 8; ++i) {
     text += (i == 0 ? " of " : ", ") + documents::printable(model.files[i]);

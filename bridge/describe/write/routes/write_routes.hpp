@@ -19,7 +19,8 @@ struct RouteFileOptions {
   std::vector<std::string> interfaces{};
 };
 
-/// A route file, "bridge.yaml", with a route for each event, method and field of each instance.
+/// A route file, "bridge.yaml", with a route for each event, method and field of each instance. No file where
+/// there is none: a bridge refuses one without routes.
 [[nodiscard]] Written write_routes(const Model& model, const Lowered& lowered,
                                    const RouteFileOptions& options = {});
 

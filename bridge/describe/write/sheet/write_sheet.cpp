@@ -212,7 +212,9 @@ class SheetWriter {
       notes(one.notes);
       payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload,
               one.has_notifier ? one.notifier_transfer : one.getter_transfer, one.place);
-      protection(one.e2e);
+      protection(one.e2e, "Notifier: ");
+      protection(one.getter_e2e, "Getter: ");
+      protection(one.setter_e2e, "Setter: ");
     }
   }
 
@@ -298,9 +300,9 @@ class SheetWriter {
     form_.table({"offset", "bytes", "field", "type", "rule"}, rows);
   }
 
-  void protection(const Protection& e2e) {
+  void protection(const Protection& e2e, const std::string& part = {}) {
     if (!e2e.profile.empty()) {
-      form_.paragraph("E2E profile " + e2e.profile + "; its header is in front of the payload.");
+      form_.paragraph(part + "E2E profile " + e2e.profile + "; its header is in front of the payload.");
     }
   }
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
+#include <tuple>
 #include <utility>
 
 #include "bridge/describe/instance_index.hpp"
@@ -43,8 +44,8 @@ class VsomeipWriter {
     for (const Instance& instance : model_.instances) {
       const Service* service = service_of(instance);
       if (!instance.id || !id_of(instance, service)) {
-        lost(instance.name.empty() ? instance.service : instance.name,
-             "an instance without ids: vsomeip needs a service id and an instance id", instance.place);
+        lost(label_of(instance), "an instance without ids: vsomeip needs a service id and an instance id",
+             instance.place);
         continue;
       }
       Json ids{{"service", id_text(*id_of(instance, service))}, {"instance", id_text(*instance.id)}};
@@ -143,7 +144,7 @@ class VsomeipWriter {
       json["unreliable"] = text(*instance.udp_port);
     }
     if (!instance.udp_port && !instance.tcp_port) {
-      lost(instance.name, "no port: vsomeip offers it to this host alone", instance.place);
+      lost(label_of(instance), "no port: vsomeip offers it to this host alone", instance.place);
     }
     if (service == nullptr) {
       return json;
@@ -182,7 +183,7 @@ class VsomeipWriter {
     }
     for (const Field& one : service.fields) {
       if (one.has_notifier && one.notifier) {
-        list.push_back(event(*one.notifier, true, one.notifier_transfer, std::nullopt));
+        list.push_back(event(*one.notifier, true, one.notifier_transfer, one.cycle));
       }
     }
     return list;
@@ -348,6 +349,8 @@ class VsomeipWriter {
       }
       for (const Field& one : service.fields) {
         add(one.notifier, one.e2e, false);
+        add(one.getter, one.getter_e2e, true);
+        add(one.setter, one.setter_e2e, true);
       }
       for (const Method& one : service.methods) {
         add(one.id, one.e2e, true);
@@ -407,6 +410,24 @@ class VsomeipWriter {
     return json;
   }
 
+  void version(const Service& service, const std::string& name) {
+    if (service.has_version || service.major != 1 || service.minor != 0) {
+      lost(name, fmt::format("its version: {}.{}", service.major, service.minor), service.place);
+    }
+    for (const Instance* const one : instances_.of(service)) {
+      if (one->major.value_or(service.major) != service.major ||
+          one->minor.value_or(service.minor) != service.minor) {
+        lost(label_of(*one), "a version of the instance's own", one->place);
+      }
+    }
+  }
+  /// Whether a client can choose UDP for a method.
+  [[nodiscard]] bool has_udp(const Service& service) const {
+    const std::vector<const Instance*> all = instances_.of(service);
+    return all.empty() ||
+           std::ranges::any_of(all, [](const Instance* one) { return one->udp_port || !one->tcp_port; });
+  }
+
   void tell_of_the_rest() {
     for (const Service& service : model_.services) {
       const std::string name = full_name(service.scope, service.name);
@@ -417,29 +438,72 @@ class VsomeipWriter {
       if (instances_.of(service).empty()) {
         lost(name, "a service without instance", service.place);
       }
-      const auto e2e = [&](const auto& one) {
-        if (!one.e2e.profile.empty() && profile_name(one.e2e) == nullptr) {
-          lost(name + "." + one.name, "E2E profile " + one.e2e.profile, one.place);
+      version(service, name);
+      const auto protection = [&](const std::string& member, const Protection& e2e, const Place& place) {
+        if (!e2e.profile.empty() && profile_name(e2e) == nullptr) {
+          lost(name + "." + member, "E2E profile " + e2e.profile, place);
         }
       };
+      const auto e2e = [&](const auto& one) { protection(one.name, one.e2e, one.place); };
       for (const Event& one : service.events) {
         e2e(one);
         if (!one.id) {
           lost(name + "." + one.name, "an event without id", one.place);
         }
+        if (one.eventgroups.empty()) {
+          lost(name + "." + one.name, "no eventgroup: nobody can subscribe to it", one.place);
+        }
         if (one.selective) {
           lost(name + "." + one.name, "selective", one.place);
         }
       }
-      std::ranges::for_each(service.methods, e2e);
-      std::ranges::for_each(service.fields, e2e);
+      const bool may_be_udp = has_udp(service);
+      const auto transport = [&](const std::string& element, const Transfer& transfer, const Place& place) {
+        if (may_be_udp && transfer.transport == Transport::tcp) {
+          lost(element, "that it is carried by TCP: a client takes either port", place);
+        }
+      };
+      for (const Method& one : service.methods) {
+        e2e(one);
+        transport(name + "." + one.name, one.request_transfer, one.place);
+        if (one.fire_and_forget) {
+          lost(name + "." + one.name, "that it has no answer", one.place);
+        }
+        if (one.timeout) {
+          lost(name + "." + one.name, "its timeout", one.place);
+        }
+      }
+      for (const Field& one : service.fields) {
+        e2e(one);
+        if (one.has_getter || one.has_setter) {
+          std::string parts;
+          for (const auto& [there, part, id] :
+               {std::tuple{one.has_getter, "getter", one.getter}, {one.has_setter, "setter", one.setter}}) {
+            if (there) {
+              parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", part, id ? id_text(*id) : "");
+            }
+          }
+          lost(name + "." + one.name, "which methods read and write it: " + parts, one.place);
+        }
+        if (one.has_getter) {
+          transport(name + "." + one.name + ".get", one.getter_transfer, one.place);
+        }
+        if (one.has_setter) {
+          transport(name + "." + one.name + ".set", one.setter_transfer, one.place);
+        }
+        if (one.has_notifier && one.eventgroups.empty()) {
+          lost(name + "." + one.name, "no eventgroup: nobody can subscribe to it", one.place);
+        }
+        protection(one.name + ".get", one.getter_e2e, one.place);
+        protection(one.name + ".set", one.setter_e2e, one.place);
+      }
     }
     for (const Instance& one : model_.instances) {
       if (!one.configuration.empty()) {
-        lost(one.name, "configuration options", one.place);
+        lost(label_of(one), "configuration options", one.place);
       }
       if (one.priority || one.weight) {
-        lost(one.name, "load balancing", one.place);
+        lost(label_of(one), "load balancing", one.place);
       }
     }
   }

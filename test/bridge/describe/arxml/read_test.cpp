@@ -1048,6 +1048,25 @@ TEST(ReadArxml, RefusesTypesThatContainThemselves) {
               HasSubstr("error: types are nested more than"));
 }
 
+TEST(ReadArxml, LeavesAnInstanceIdOpenThatIsNone) {
+  for (const std::string id : {"0", "65535"}) {
+    const Reading reading = read_texts(
+        {arxml(service("") +
+               "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME>"
+               "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+               "<SERVICE-INTERFACE-ID>1</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>"
+               "<PROVIDED-SOMEIP-SERVICE-INSTANCE><SHORT-NAME>Left</SHORT-NAME>"
+               "<SERVICE-INTERFACE-DEPLOYMENT-REF DEST=\"X\">/P/Dep</SERVICE-INTERFACE-DEPLOYMENT-REF>"
+               "<SERVICE-INSTANCE-ID>" +
+               id + "</SERVICE-INSTANCE-ID></PROVIDED-SOMEIP-SERVICE-INSTANCE>")});
+    EXPECT_TRUE(reading.ok());
+    EXPECT_THAT(problems_of(reading),
+                HasSubstr("warning: " + id + " cannot be the id of an instance: it is left open"));
+    ASSERT_EQ(reading.model.instances.size(), 1U);
+    EXPECT_EQ(reading.model.instances[0].id, std::nullopt);
+  }
+}
+
 TEST(ReadArxml, WarnsOfWhatIsNotByTheSchema) {
   const Reading reading = read_texts(
       {arxml(service("<VARIATION-POINT/><FIELDS><FIELD><SHORT-NAME>f</SHORT-NAME><TYPE-TREF "
