@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -72,7 +74,8 @@ constexpr std::array rules{
     ChangeRule{"alternative-added", compatible, none, "old receivers refuse a message that has it"},
     ChangeRule{"alternative-removed", breaking, breaking, "new receivers refuse it"},
     ChangeRule{"alternative-selector", breaking, none, "the receiver takes it for another alternative"},
-    ChangeRule{"error-changed", breaking, breaking, "the first value of the answer differs"},
+    ChangeRule{"error-changed", none, compatible,
+               "the first value of the answer is an error on one side alone: its bytes are compared as any"},
     ChangeRule{"not-compared", breaking, breaking,
                "too many types, or nested too deep: the rest was not compared"},
 };
@@ -135,6 +138,93 @@ struct Pairs {
   }
 };
 
+bool is_unknown(const Method& method) {
+  return !method.request.known && !method.response.known;
+}
+
+/// Has ids alone, as vsomeip JSON and captures do: what it does not say may be so or not.
+bool has_ids_alone(const Service& service) {
+  return std::ranges::all_of(service.methods, is_unknown) &&
+         std::ranges::none_of(service.events, &Payload::known, &Event::payload) &&
+         std::ranges::none_of(service.fields, &Payload::known, &Field::payload) &&
+         (service.name.starts_with("service_") || !service.methods.empty() || !service.events.empty() ||
+          !service.fields.empty());
+}
+bool is_of_capture(const Service& service) {
+  const auto is_seen = [](const auto& one) { return one.observed_bytes.has_value(); };
+  return std::ranges::any_of(service.methods, is_seen) || std::ranges::any_of(service.events, is_seen);
+}
+
+/// `service`, which has ids alone, with the methods and events of `other`'s fields as parts of fields.
+Service with_fields(const Service& service, const Service& other) {
+  struct Part {
+    const Field* field;
+    char kind;
+  };
+  std::map<someip::MethodId, Part> parts;
+  for (const Field& field : other.fields) {
+    for (const auto& [id, kind] :
+         {std::pair{field.getter, 'g'}, {field.setter, 's'}, {field.notifier, 'n'}}) {
+      if (id) {
+        parts.try_emplace(*id, Part{&field, kind});
+      }
+    }
+  }
+  Service made = service;
+  std::map<const Field*, std::size_t> places;
+  for (std::size_t at = 0; at < made.fields.size(); ++at) {
+    if (made.fields[at].notifier) {
+      if (const auto found = parts.find(*made.fields[at].notifier); found != parts.end()) {
+        places.try_emplace(found->second.field, at);
+      }
+    }
+  }
+  const auto field_of = [&](const Part& part, const Place& place) -> Field& {
+    const auto [at, is_new] = places.try_emplace(part.field, made.fields.size());
+    if (is_new) {
+      made.fields.push_back({.name = part.field->name,
+                             .payload = {.known = false},
+                             .has_getter = false,
+                             .has_setter = false,
+                             .has_notifier = false,
+                             .place = place});
+    }
+    return made.fields[at->second];
+  };
+  std::erase_if(made.events, [&](const Event& event) {
+    const auto part = event.id ? parts.find(*event.id) : parts.end();
+    if (part == parts.end() || part->second.kind != 'n') {
+      return false;
+    }
+    Field& field = field_of(part->second, event.place);
+    field.has_notifier = true;
+    field.notifier = event.id;
+    field.eventgroups = event.eventgroups;
+    field.notifier_transfer = event.transfer;
+    field.e2e = event.e2e;
+    field.observed_bytes = event.observed_bytes;
+    return true;
+  });
+  std::erase_if(made.methods, [&](const Method& method) {
+    const auto part = method.id ? parts.find(*method.id) : parts.end();
+    if (part == parts.end() || part->second.kind == 'n') {
+      return false;
+    }
+    Field& field = field_of(part->second, method.place);
+    const bool is_getter = part->second.kind == 'g';
+    (is_getter ? field.has_getter : field.has_setter) = true;
+    (is_getter ? field.getter : field.setter) = method.id;
+    (is_getter ? field.getter_transfer : field.setter_transfer) =
+        is_getter ? method.response_transfer : method.request_transfer;
+    (is_getter ? field.getter_e2e : field.setter_e2e) = method.e2e;
+    if (!field.observed_bytes) {
+      field.observed_bytes = method.observed_bytes;
+    }
+    return true;
+  });
+  return made;
+}
+
 class Comparison {
  public:
   Comparison(const Model& before, const Model& after) : before_{before}, after_{after} {}
@@ -170,14 +260,45 @@ class Comparison {
   }
 
   void compare(const Service& old, const Service& now) {
-    const std::string& name = now.name;
-    differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
-            old.place, now.place);
+    const bool old_has_ids_alone = has_ids_alone(old);
+    const bool new_has_ids_alone = has_ids_alone(now);
+    if (old_has_ids_alone == new_has_ids_alone) {
+      compare(old, now, Known{});
+    } else if (old_has_ids_alone) {
+      Known known{.names = false, .version = old.has_version, .old_members = false};
+      known.old_events = !is_of_capture(old);
+      compare(with_fields(old, now), now, known);
+    } else {
+      Known known{.names = false, .version = now.has_version, .new_members = false};
+      known.new_events = !is_of_capture(now);
+      compare(old, with_fields(now, old), known);
+    }
+  }
+
+  /// What can be compared where one side has ids alone.
+  struct Known {
+    bool names = true;
+    bool version = true;
+    bool old_members = true;  ///< the old side has all methods, and all parts of fields, that there are
+    bool new_members = true;
+    bool old_events = true;  ///< and all events
+    bool new_events = true;
+  };
+
+  void compare(const Service& old, const Service& now, const Known& known) {
+    known_ = known;
+    const std::string& name = known.names || !has_ids_alone(now) ? now.name : old.name;
+    if (known.names) {
+      differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
+              old.place, now.place);
+    }
     differs("service-id", name, text(old.id), text(now.id), old.place, now.place);
-    differs("service-major", name, fmt::to_string(old.major), fmt::to_string(now.major), old.place,
-            now.place);
-    differs("service-minor", name, fmt::to_string(old.minor), fmt::to_string(now.minor), old.place,
-            now.place);
+    if (known.version) {
+      differs("service-major", name, fmt::to_string(old.major), fmt::to_string(now.major), old.place,
+              now.place);
+      differs("service-minor", name, fmt::to_string(old.minor), fmt::to_string(now.minor), old.place,
+              now.place);
+    }
     members(name, "method", old.methods, now.methods, [](const Method& method) { return method.id; });
     members(name, "event", old.events, now.events, [](const Event& event) { return event.id; });
     members(name, "field", old.fields, now.fields, [](const Field& field) {
@@ -188,11 +309,20 @@ class Comparison {
   template <typename Member, typename Id>
   void members(const std::string& service, const std::string& kind, const std::vector<Member>& old,
                const std::vector<Member>& now, Id id) {
-    const Pairs pairs{old, now, [](const Member& member) { return member.name; }, id};
+    Pairs pairs{old, now, [](const Member& member) { return member.name; }, id};
     for (const auto& [before, after] : pairs.both) {
-      const std::string element = service + "." + after->name;
-      differs(kind + "-renamed", element, before->name, after->name, before->place, after->place);
+      const std::string element = service + "." + (known_.names || known_.new_members ? after : before)->name;
+      if (known_.names) {
+        differs(kind + "-renamed", element, before->name, after->name, before->place, after->place);
+      }
       compare(element, *before, *after);
+    }
+    const bool is_method = kind == "method";
+    if (is_method ? !known_.old_members : !known_.old_events) {
+      pairs.added.clear();
+    }
+    if (is_method ? !known_.new_members : !known_.new_events) {
+      pairs.removed.clear();
     }
     for (const Member* member : pairs.added) {
       add(kind + "-added", service + "." + member->name, {}, text(id(*member)), {}, member->place);
@@ -204,23 +334,31 @@ class Comparison {
 
   void compare(const std::string& element, const Method& old, const Method& now) {
     differs("method-id", element, text(old.id), text(now.id), old.place, now.place);
-    if (old.fire_and_forget != now.fire_and_forget) {
+    const bool both_known =
+        is_known(old.request, old.observed_bytes) && is_known(now.request, now.observed_bytes);
+    if (both_known && old.fire_and_forget != now.fire_and_forget) {
       const auto word = [](bool forget) {
         return std::string{forget ? "fire and forget" : "with an answer"};
       };
       add("method-fire-and-forget", element, word(old.fire_and_forget), word(now.fire_and_forget), old.place,
           now.place);
     }
-    transfers(element, old.request_transfer, now.request_transfer, old.place, now.place);
-    transfers(element, old.response_transfer, now.response_transfer, old.place, now.place);
+    transfers(element, old.request_transfer, now.request_transfer, old.place, now.place, both_known);
+    transfers(element, old.response_transfer, now.response_transfer, old.place, now.place, both_known);
     protection(element, old.e2e, now.e2e, old.place, now.place);
+    payloads(element + ".request", old.request, now.request, old.place, now.place);
     if ((old.error == no_type) != (now.error == no_type)) {
-      add("error-changed", element, name_of(before_, old.error), name_of(after_, now.error), old.place,
-          now.place);
-    } else if (now.error != no_type) {
+      if (old.response.known && now.response.known) {
+        add("error-changed", element, name_of(before_, old.error), name_of(after_, now.error), old.place,
+            now.place);
+      }
+      payloads(element + ".response", response_of(before_, old), response_of(after_, now), old.place,
+               now.place);
+      return;
+    }
+    if (now.error != no_type) {
       types(element + ".error", old.error, now.error, false, old.place, now.place);
     }
-    payloads(element + ".request", old.request, now.request, old.place, now.place);
     payloads(element + ".response", old.response, now.response, old.place, now.place);
   }
 
@@ -236,6 +374,9 @@ class Comparison {
     const auto access = [&](const char* part, bool was, const std::optional<someip::MethodId>& before,
                             bool is, const std::optional<someip::MethodId>& after) {
       if (was != is) {
+        if (is ? !known_.old_members : !known_.new_members) {
+          return;
+        }
         add(is ? "field-access-added" : "field-access-removed", element + "." + part, text(before),
             text(after), old.place, now.place);
       } else if (is) {
@@ -246,10 +387,22 @@ class Comparison {
     access("setter", old.has_setter, old.setter, now.has_setter, now.setter);
     access("notifier", old.has_notifier, old.notifier, now.has_notifier, now.notifier);
     groups(element, old.eventgroups, now.eventgroups, old.place, now.place);
-    transfers(element + ".getter", old.getter_transfer, now.getter_transfer, old.place, now.place);
-    transfers(element + ".setter", old.setter_transfer, now.setter_transfer, old.place, now.place);
-    transfers(element + ".notifier", old.notifier_transfer, now.notifier_transfer, old.place, now.place);
-    protection(element, old.e2e, now.e2e, old.place, now.place);
+    const bool both_known =
+        is_known(old.payload, old.observed_bytes) && is_known(now.payload, now.observed_bytes);
+    if (old.has_getter && now.has_getter) {
+      transfers(element + ".getter", old.getter_transfer, now.getter_transfer, old.place, now.place,
+                both_known);
+      protection(element + ".getter", old.getter_e2e, now.getter_e2e, old.place, now.place);
+    }
+    if (old.has_setter && now.has_setter) {
+      transfers(element + ".setter", old.setter_transfer, now.setter_transfer, old.place, now.place,
+                both_known);
+      protection(element + ".setter", old.setter_e2e, now.setter_e2e, old.place, now.place);
+    }
+    if (old.has_notifier && now.has_notifier) {
+      transfers(element + ".notifier", old.notifier_transfer, now.notifier_transfer, old.place, now.place);
+      protection(element, old.e2e, now.e2e, old.place, now.place);
+    }
     payloads(element, old.payload, now.payload, old.place, now.place);
   }
 
@@ -266,12 +419,19 @@ class Comparison {
     differs("event-eventgroups", element, list(std::move(old)), list(std::move(now)), old_place, new_place);
   }
 
+  /// Whether somebody says how a method is carried. vsomeip JSON does not; a capture shows it.
+  static bool is_known(const Payload& payload, const std::optional<std::uint32_t>& observed_bytes) {
+    return payload.known || observed_bytes.has_value();
+  }
+
   void transfers(const std::string& element, const Transfer& old, const Transfer& now, Place old_place,
-                 Place new_place) {
+                 Place new_place, bool are_known = true) {
     const auto word = [](Transport transport) {
       return std::string{transport == Transport::tcp ? "TCP" : "UDP"};
     };
-    differs("transport", element, word(old.transport), word(now.transport), old_place, new_place);
+    if (are_known) {
+      differs("transport", element, word(old.transport), word(now.transport), old_place, new_place);
+    }
     const auto segments = [](const Transfer& transfer) {
       return fmt::format("{} bytes, {} us apart", transfer.segment_bytes, transfer.separation.count());
     };
@@ -389,8 +549,7 @@ class Comparison {
     }
     const Type& old = resolved(before_, old_index);
     const Type& now = resolved(after_, new_index);
-    if (old.kind != now.kind || (old.kind != Kind::structure && old.primitive != now.primitive &&
-                                 (old.kind == Kind::primitive || old.kind == Kind::enumeration))) {
+    if (old.kind != now.kind || (old.kind == Kind::primitive && old.primitive != now.primitive)) {
       add("type-changed", element, name_of(before_, old_index), name_of(after_, new_index), old_place,
           new_place);
       return;
@@ -428,6 +587,7 @@ class Comparison {
         alternatives(element, old, now, old_place, new_place);
         break;
       case Kind::enumeration:
+        differs("layout", element, width(old, now), width(now, old), old_place, new_place);
         enumerators(element, old, now);
         break;
       case Kind::map:
@@ -443,6 +603,13 @@ class Comparison {
       case Kind::alias:
         break;
     }
+  }
+
+  /// "8 bits", or "int8" where only the sign differs.
+  static std::string width(const Type& type, const Type& other) {
+    const std::size_t bytes = messages::width(type.primitive);
+    return bytes == messages::width(other.primitive) ? std::string{messages::to_string(type.primitive)}
+                                                     : fmt::format("{} bits", 8 * bytes);
   }
 
   void sizes(const std::string& element, const Type& old, const Type& now, Place old_place, Place new_place) {
@@ -573,6 +740,7 @@ class Comparison {
 
   const Model& before_;
   const Model& after_;
+  Known known_{};
   std::vector<Change> changes_{};
   std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field
   std::size_t uses_ = 0;

@@ -95,7 +95,12 @@ const std::vector<Edit>& edits() {
       {{"method-renamed"}, [](Model& m) { service(m).methods.front().name = "unlock"; }},
       {{"method-id"}, [](Model& m) { service(m).methods.front().id = someip::MethodId{5}; }},
       {{"method-fire-and-forget"}, [](Model& m) { service(m).methods.front().fire_and_forget = true; }},
-      {{"error-changed"}, [](Model& m) { service(m).methods.front().error = no_type; }},
+      {{"error-changed"},
+       [](Model& m) {
+         Method& open = service(m).methods.front();
+         open.response.values.insert(open.response.values.begin(), {.name = "error", .type = open.error});
+         open.error = no_type;
+       }},
       {{"event-added"},
        [](Model& m) { service(m).events.push_back({.name = "shut", .id = someip::MethodId{0x8009}}); }},
       {{"event-removed"}, [](Model& m) { service(m).events.clear(); }},
@@ -217,6 +222,86 @@ TEST(Compare, NamesTheElementAndWhatItWas) {
   EXPECT_EQ(changes[0].before, "1");
   EXPECT_EQ(changes[0].after, "7");
   EXPECT_EQ(changes[0].new_place.mark, (documents::Mark{12, 5}));
+}
+
+TEST(Compare, ComparesAnErrorWithTheValueThatIsOneNoMore) {
+  Model edited = door();
+  Method& open = service(edited).methods.front();
+  open.response.values.insert(open.response.values.begin(), {.name = "error", .type = number});
+  open.error = no_type;
+  const std::vector<Change> changes = compare(door(), edited);
+  EXPECT_THAT(ids(changes), ElementsAre("error-changed", "type-changed"));
+  EXPECT_EQ(changes[0].rule->wire, Impact::none);
+  EXPECT_EQ(changes[1].element, "Door.open.response.error");
+}
+
+TEST(Compare, TellsTheWidthOfAnEnumerationAndWhatElseChangedInIt) {
+  Model old = door();
+  old.at(mode).primitive = messages::Primitive::uint16;
+  Model edited = door();
+  edited.at(mode).primitive = messages::Primitive::uint8;
+  edited.at(mode).enumerators.push_back({"AJAR", 2});
+  const std::vector<Change> changes = compare(old, edited);
+  ASSERT_THAT(ids(changes), ElementsAre("layout", "enumerator-added"));
+  EXPECT_EQ(changes[0].before, "16 bits");
+  EXPECT_EQ(changes[0].after, "8 bits");
+  EXPECT_EQ(changes[0].rule->api, Impact::none);
+}
+
+/// What a description without names, types and methods of fields says of door().
+Model ids_of_door() {
+  Model model;
+  Service bare{.name = "service_1234", .id = someip::ServiceId{0x1234}};
+  bare.events = {{.name = "event_8001",
+                  .id = someip::MethodId{0x8001},
+                  .payload = {.known = false},
+                  .eventgroups = {someip::EventgroupId{1}}}};
+  bare.fields = {{.name = "field_8002",
+                  .payload = {.known = false},
+                  .notifier = someip::MethodId{0x8002},
+                  .has_getter = false,
+                  .has_setter = false}};
+  model.services = {bare};
+  return model;
+}
+
+TEST(Compare, SkipsWhatADescriptionOfIdsDoesNotSay) {
+  Model full = door();
+  service(full).has_version = true;
+  service(full).major = 2;
+  service(full).methods.front().request_transfer.transport = Transport::tcp;
+  service(full).methods.front().fire_and_forget = true;
+  service(full).fields.front().getter_transfer.transport = Transport::tcp;
+  Model bare = ids_of_door();
+  EXPECT_THAT(ids(compare(full, bare)), IsEmpty());
+  EXPECT_THAT(ids(compare(bare, full)), IsEmpty());
+  // A method, a getter and a setter are methods there.
+  for (const int id : {1, 2, 3}) {
+    service(bare).methods.push_back({.name = "method", .id = static_cast<someip::MethodId>(id)});
+    service(bare).methods.back().request.known = service(bare).methods.back().response.known = false;
+  }
+  EXPECT_THAT(ids(compare(full, bare)), IsEmpty());
+  EXPECT_THAT(ids(compare(bare, full)), IsEmpty());
+}
+
+TEST(Compare, FindsWhatADescriptionOfIdsSaysOtherwise) {
+  Model bare = ids_of_door();
+  service(bare).events.front().transfer.transport = Transport::tcp;
+  service(bare).fields.front().eventgroups = {someip::EventgroupId{7}};
+  service(bare).events.push_back(
+      {.name = "event_8009", .id = someip::MethodId{0x8009}, .payload = {.known = false}});
+  const std::vector<Change> changes = compare(door(), bare);
+  EXPECT_THAT(ids(changes), ElementsAre("transport", "event-added", "event-eventgroups"));
+  EXPECT_EQ(changes[0].element, "Door.moved");
+  service(bare).events.erase(service(bare).events.begin());
+  EXPECT_THAT(ids(compare(door(), bare)), Contains("event-removed"));
+  // A capture has what was seen, with the transport of methods.
+  service(bare).methods = {{.name = "method_0001", .id = someip::MethodId{1}, .observed_bytes = 3}};
+  service(bare).methods[0].request = service(bare).methods[0].response = {.known = false};
+  service(bare).methods[0].request_transfer.transport = Transport::tcp;
+  const auto seen = ids(compare(door(), bare));
+  EXPECT_THAT(seen, ::testing::Not(Contains("event-removed")));
+  EXPECT_THAT(seen, Contains("transport"));
 }
 
 TEST(Compare, EndsWithTypesThatContainThemselves) {
