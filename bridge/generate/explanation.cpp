@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "bridge/describe/model_source.hpp"
@@ -33,6 +34,7 @@ struct Part {
   Protection e2e{};
   std::string type{};  ///< the ROS message of its values; empty: there is none
   messages::MessageRules rules{};
+  std::string argument{};  ///< as LoweredMember::argument
 };
 
 /// Fields of an E2E header, in order: docs/e2e.md.
@@ -111,9 +113,22 @@ void add_header(const Protection& e2e, bool has_bytes, Layout& layout, std::vect
   }
 }
 
+/// "Door.open" of "Door.0x0001.open": all instances carry the same.
+std::string without_instance(std::string_view text) {
+  const std::size_t at = text.find(".0x");
+  const std::size_t end = at == std::string_view::npos ? at : text.find('.', at + 1);
+  if (end == std::string_view::npos ||
+      text.substr(at + 3, end - at - 3).find_first_not_of("0123456789abcdefABCDEF") !=
+          std::string_view::npos) {
+    return std::string{text};
+  }
+  return std::string{text.substr(0, at)} + std::string{text.substr(end)};
+}
+
 class Search {
  public:
-  Search(const describe::System& system, std::string_view wanted) : system_{system}, wanted_{wanted} {}
+  Search(const describe::System& system, std::string_view wanted)
+      : system_{system}, wanted_{without_instance(wanted)} {}
 
   std::vector<Part> run() {
     const Model& model = system_.model;
@@ -136,6 +151,13 @@ class Search {
       for (std::size_t i = 0; i < service.fields.size(); ++i) {
         const describe::Field& field = service.fields[i];
         add(service, field.name, "", at, i, LoweredMember::Kind::field, field.payload, field.e2e);
+        for (const auto& [there, part, e2e] : {std::tuple{field.has_getter, "get", &field.getter_e2e},
+                                               {field.has_setter, "set", &field.setter_e2e},
+                                               {field.has_notifier, "notify", &field.e2e}}) {
+          if (there) {
+            add(service, field.name, part, at, i, LoweredMember::Kind::field, field.payload, *e2e);
+          }
+        }
       }
     }
     if (found_.empty()) {
@@ -153,11 +175,14 @@ class Search {
            const Protection& e2e) {
     const std::string name = service.name + "." + member;
     const std::string full = describe::full_name(service.scope, service.name) + "." + member;
-    if (part != "response") {
+    const bool is_field = kind == LoweredMember::Kind::field;
+    if (part.empty() || part == "request") {
       names_.push_back(name);
     }
     const auto is = [&](const std::string& one) {
-      return wanted_ == one || (!part.empty() && wanted_ == one + "." + part);
+      // All parts of a field carry the same.
+      return (wanted_ == one && (!is_field || part.empty())) ||
+             (!part.empty() && wanted_ == one + "." + part);
     };
     if (!is(name) && !is(full)) {
       return;
@@ -165,22 +190,36 @@ class Search {
     Part made{
         .element = name, .name = part.empty() ? "payload" : part, .payload = std::move(payload), .e2e = e2e};
     if (const LoweredMember* const lowered = system_.lowered.member(kind, service_at, member_at)) {
-      made.type = lowered->type +
-                  std::string{part.empty() ? "" : messages::service_suffixes[part == "response" ? 1 : 0]};
+      made.type = lowered->type;
+      if (kind == LoweredMember::Kind::method) {
+        made.type += messages::service_suffixes[part == "response" ? 1 : 0];
+      }
       made.rules = part == "response" ? lowered->response : lowered->rules;
+      made.argument = lowered->argument;
     }
     found_.push_back(std::move(made));
   }
 
   void types() {
+    types([this](const describe::Type& type) {
+      return (!type.name.empty() &&
+              (wanted_ == type.name || wanted_ == describe::full_name(type.scope, type.name))) ||
+             (!type.ros_name.empty() && (wanted_ == type.ros_name || wanted_ == short_name(type.ros_name)));
+    });
+    if (found_.empty()) {  // "Door.Mode" of "car.Door.Mode"
+      types([this](const describe::Type& type) {
+        const std::string full = describe::full_name(type.scope, type.name);
+        return !type.name.empty() && (full.ends_with("." + wanted_) || full.ends_with("/" + wanted_));
+      });
+    }
+  }
+
+  template <typename IsWanted>
+  void types(const IsWanted& is_wanted) {
     const Model& model = system_.model;
     for (std::size_t at = 0; at < model.types.size(); ++at) {
       const describe::Type& type = model.types[at];
-      const bool is_wanted =
-          (!type.name.empty() &&
-           (wanted_ == type.name || wanted_ == describe::full_name(type.scope, type.name))) ||
-          (!type.ros_name.empty() && (wanted_ == type.ros_name || wanted_ == short_name(type.ros_name)));
-      if (!is_wanted) {
+      if (!is_wanted(type)) {
         continue;
       }
       Part made{.element = std::string{wanted_}, .name = "type"};
@@ -196,6 +235,7 @@ class Search {
           (type.kind == describe::Kind::structure || type.kind == describe::Kind::choice)) {
         made.type = lowered.members[0].type;
         made.rules = lowered.members[0].rules;
+        made.argument = lowered.members[0].argument;
       }
       found_.push_back(std::move(made));
       return;
@@ -209,7 +249,7 @@ class Search {
   }
 
   const describe::System& system_;
-  std::string_view wanted_;
+  std::string wanted_;
   std::vector<Part> found_;
   std::vector<std::string> names_;
 };
@@ -228,15 +268,27 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
   if (!tree) {
     return tl::unexpected{to_string(tree.error())};
   }
-  const auto made = messages::MessageValues::make(std::move(*tree), part.rules);
+  // In the words of the description, as `trestle call` has them; or in those of ROS, whose unions differ.
+  const messages::TypeTree ros_tree = *tree;
+  messages::Words words{.name = part.element, .argument = part.argument};
+  for (const messages::MessageDefinition& message : tree->messages) {
+    const auto found = system.lowered.words.find(message.name);
+    words.messages.push_back(found == system.lowered.words.end() ? messages::MessageWords{} : found->second);
+  }
+  const auto made = messages::MessageValues::make(std::move(*tree), part.rules, std::move(words));
   if (!made) {
     return tl::unexpected{made.error()};
   }
   auto bytes = made->parse(values, messages::ValueForm::yaml);
-  if (!bytes) {
-    return tl::unexpected{"values: " + to_string(bytes.error())};
+  if (bytes) {
+    return std::move(*bytes);
   }
-  return std::move(*bytes);
+  if (const auto by_ros = messages::MessageValues::make(ros_tree, part.rules)) {
+    if (auto again = by_ros->parse(values, messages::ValueForm::yaml)) {
+      return std::move(*again);
+    }
+  }
+  return tl::unexpected{"values: " + to_string(bytes.error())};
 }
 
 std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::size_t size, std::size_t most) {
