@@ -180,12 +180,13 @@ void read_elements(const std::vector<YAML::Node>& nodes, const char* key, std::s
 }
 
 /// Reads all lists. From here on a field or an action is only its methods and routes.
+/// @param may_be_missing  all of them: why was told
 void load_lists(documents::Section& section, std::vector<RouteInFile>& routes,
-                std::vector<MethodInFile>& methods, std::vector<PatternInFile>& patterns,
+                std::vector<MethodInFile>& methods, std::vector<PatternInFile>& patterns, bool may_be_missing,
                 documents::Problems& problems) {
   constexpr std::size_t patterns_max = 100;
   // At least one of the lists is required.
-  const bool required = section.is_missing("methods") && section.is_missing("fields") &&
+  const bool required = !may_be_missing && section.is_missing("methods") && section.is_missing("fields") &&
                         section.is_missing("actions") && section.is_missing("patterns");
   read_elements(required ? section.required_list("routes", "a list of routes")
                          : section.list("routes", "a list of routes"),
@@ -243,14 +244,16 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
   }
 }
 
+/// @param name  of the topic or ROS service, where the mark is not that of the route alone; else empty
 void judge_type(const TypeUse& use, const messages::MessageRules& rules, documents::Mark mark,
-                const char* key, const BridgeConfig& config, const TypeCheck& check_type,
-                documents::Problems& problems) {
+                std::string key, const std::string& name, const BridgeConfig& config,
+                const TypeCheck& check_type, documents::Problems& problems) {
   const auto [fault, warning] = check_type(use, rules, config.types);
+  key += name.empty() ? "" : " of " + name;
   if (!fault.empty()) {
-    problems.error(mark, std::string{key} + ": " + fault);
+    problems.error(mark, key + ": " + fault);
   } else if (!warning.empty()) {
-    problems.warning(mark, std::string{key} + ": " + warning);
+    problems.warning(mark, key + ": " + warning);
   }
 }
 
@@ -266,7 +269,9 @@ void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, documen
 /// @param file_problems  what is wrong with the files that it names: interfaces, the lock file.
 void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_type,
                documents::Problems& problems, std::vector<documents::Problem>& file_problems) {
-  if (!apply_interfaces(root, config.file, config.types, problems, file_problems)) {
+  const AppliedInterfaces applied =
+      apply_interfaces(root, config.file, config.types, problems, file_problems);
+  if (!applied.good) {
     return;
   }
   documents::Section section{root, "", problems};
@@ -290,7 +295,7 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   std::vector<RouteInFile> routes;
   std::vector<MethodInFile> methods;
   std::vector<PatternInFile> patterns;
-  load_lists(section, routes, methods, patterns, problems);
+  load_lists(section, routes, methods, patterns, applied.tells_of_routes, problems);
   load_lock_file(section, config, problems, file_problems);
   section.finish();
 
@@ -313,10 +318,14 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   report_conflicts(routes, config.someip, problems);
   report_method_conflicts(methods, routes, config.someip.sd.port, problems);
   report_diagnostics_conflicts(routes, methods, config.diagnostics, problems);
+  // All that `generate` makes stands at one place.
+  const auto name_at = [&applied](documents::Mark mark, const std::string& name) {
+    return mark == applied.generated ? name : std::string{};
+  };
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
-      judge_type({.type = in_file.route.type}, in_file.route.rules, in_file.type_mark, "type", config,
-                 check_type, problems);
+      judge_type({.type = in_file.route.type}, in_file.route.rules, in_file.type_mark, "type",
+                 name_at(in_file.type_mark, in_file.route.topic), config, check_type, problems);
     }
     config.routes.push_back(std::move(in_file.route));
   }
@@ -324,7 +333,8 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
     if (check_type && in_file.good.contains("type")) {
       const MethodRoute& method = in_file.method;
       judge_type({method.type, method.access, method.value_type}, method.rules, in_file.type_mark,
-                 in_file.type_key, config, check_type, problems);
+                 in_file.type_key, name_at(in_file.type_mark, method.ros_service), config, check_type,
+                 problems);
     }
     config.methods.push_back(std::move(in_file.method));
   }

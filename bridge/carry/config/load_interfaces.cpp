@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -142,16 +143,32 @@ class Expansion {
     }
   }
 
-  /// Replaces `someip` in the elements of a list.
-  void expand(YAML::Node list, const std::string& name) {
+  /// Replaces `someip` in the elements of a list. What cannot be found is told of here and taken out: the
+  /// loader of the list would miss all that the name stands for.
+  /// @return whether something was taken out
+  bool expand(YAML::Node root, const std::string& name) {
+    const YAML::Node list = root[name];
     if (!list.IsSequence()) {
-      return;  // the loader of the list says so
+      return false;  // the loader of the list says so
     }
+    YAML::Node kept = marked(YAML::Node{YAML::NodeType::Sequence}, documents::to_mark(list.Mark()));
+    bool all = true;
     for (YAML::Node element : list) {
-      if (element.IsMap() && element["someip"].IsDefined()) {
-        expand_one(element, name);
+      if (!element.IsMap() || !element["someip"].IsDefined() || expand_one(element, name)) {
+        kept.push_back(element);
+      } else {
+        all = false;
       }
     }
+    if (all) {
+      return false;
+    }
+    if (kept.size() == 0) {
+      root.remove(name);
+    } else {
+      root[name] = kept;
+    }
+    return true;
   }
 
   /// Whether there was a `someip`.
@@ -177,22 +194,23 @@ class Expansion {
   }
 
  private:
-  void expand_one(YAML::Node element, const std::string& list) {
+  /// @return false: an error was told.
+  bool expand_one(YAML::Node element, const std::string& list) {
     const YAML::Node someip = element["someip"];
     const documents::Mark mark = documents::to_mark(someip.Mark());
     if (!someip.IsScalar()) {
       problems_.error(mark, "someip: expected SERVICE.MEMBER, such as Door.moved");
-      return;
+      return false;
     }
     const std::string text = someip.Scalar();
     element.remove("someip");
     const std::optional<Named> named = find(text, list, mark);
     if (!named) {
-      return;
+      return false;
     }
     const describe::Instance* instance = instance_of(*named->service, element, mark);
     if (instance == nullptr) {
-      return;
+      return false;
     }
     std::vector<describe::NotCarried> lost;
     const std::optional<describe::RouteEntry> entry =
@@ -202,7 +220,7 @@ class Expansion {
       problems_.error(mark, lost.empty() ? fmt::format("someip: {} cannot be carried", documents::quote(text))
                                          : fmt::format("someip: {} cannot be carried: {}",
                                                        documents::quote(text), lost.front().what));
-      return;
+      return false;
     }
     taken_.emplace(entry->service, entry->instance,
                    named->member.is_notifier_of_field ? notifier : list_of(named->member.kind),
@@ -213,6 +231,7 @@ class Expansion {
         element.force_insert(pair.first, pair.second);
       }
     }
+    return true;
   }
 
   static std::optional<std::size_t> index_of(const describe::Service& service,
@@ -356,10 +375,12 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
 
 }  // namespace
 
-bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
-                      documents::Problems& problems, std::vector<documents::Problem>& of_interfaces) {
+AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
+                                   documents::Problems& problems,
+                                   std::vector<documents::Problem>& of_interfaces) {
+  AppliedInterfaces applied;
   if (!root.IsMap()) {
-    return true;
+    return applied;
   }
   const YAML::Node interfaces = root["interfaces"];
   const YAML::Node wish = root["generate"];
@@ -370,8 +391,9 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
   if (!interfaces.IsDefined()) {
     if (generate.all) {
       problems.error(documents::to_mark(wish.Mark()), "generate: needs `interfaces`");
+      applied.tells_of_routes = true;
     }
-    return true;
+    return applied;
   }
   const documents::Mark mark = documents::to_mark(interfaces.Mark());
   std::vector<documents::Problem> unreadable;
@@ -381,7 +403,8 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
     problems.error(mark, fmt::format("interfaces: {} {}", documents::quote(problem.file), problem.text));
   }
   if (problems.has_errors()) {
-    return false;
+    applied.good = false;
+    return applied;
   }
   describe::IdLock lock;
   describe::System system =
@@ -389,14 +412,26 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
   of_interfaces = system.problems;
   if (!system.good) {
     problems.error(mark, "interfaces: are not good");
-    return false;
+    applied.good = false;
+    return applied;
   }
   types.described.push_back(std::make_shared<describe::ModelSource>(
       system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
   Expansion expansion{system, generate.options, problems};
+  const auto has_routes = [&root] {
+    return std::ranges::any_of(std::array{"routes", "methods", "fields", "actions", "patterns"},
+                               [&](const char* list) { return root[list].IsDefined(); });
+  };
+  if (!generate.all && !has_routes()) {
+    problems.error(
+        mark,
+        "interfaces: nothing uses them: expected `generate: all`, or routes that name something, such as "
+        "routes: [{someip: Door.moved}]");
+    applied.tells_of_routes = true;
+  }
   for (const char* list : {"routes", "methods", "fields"}) {
-    if (root[list].IsDefined()) {
-      expansion.expand(root[list], list);
+    if (root[list].IsDefined() && expansion.expand(root, list)) {
+      applied.tells_of_routes = true;
     }
   }
   // Where the interfaces only define types, no id of theirs is used.
@@ -407,18 +442,30 @@ bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypeP
                                  documents::quote(lock.services.begin()->first)));
   }
   if (!generate.all) {
-    return true;
+    return applied;
+  }
+  std::vector<std::string> known;
+  for (const describe::Service& service : system.model.services) {
+    known.push_back(service.name);
   }
   for (const std::string& name : generate.services) {
     if (std::ranges::none_of(system.model.services, [&](const describe::Service& service) {
           return name == service.name || name == describe::full_name(service.scope, service.name);
         })) {
+      const std::string likely = documents::nearest(name, known);
       problems.error(documents::to_mark(wish.Mark()),
-                     fmt::format("generate: the interfaces have no service {}", documents::quote(name)));
+                     fmt::format("generate: the interfaces have no service {}{}", documents::quote(name),
+                                 likely.empty() ? "" : "; did you mean " + documents::quote(likely) + "?"));
+      applied.tells_of_routes = true;
     }
   }
-  add_generated(root, system, generate, expansion, documents::to_mark(wish.Mark()), problems);
-  return true;
+  applied.generated = documents::to_mark(wish.Mark());
+  add_generated(root, system, generate, expansion, *applied.generated, problems);
+  if (!has_routes() && !applied.tells_of_routes) {
+    problems.error(*applied.generated, "generate: the interfaces have nothing that a bridge can carry");
+    applied.tells_of_routes = true;
+  }
+  return applied;
 }
 
 }  // namespace trestle::carry

@@ -1,12 +1,22 @@
 #pragma once
 #include <yaml-cpp/yaml.h>
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "bridge/documents/problems.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::carry {
+
+/// What became of the descriptions.
+struct AppliedInterfaces {
+  bool good =
+      true;  ///< false: they are not good, and what the rest of the file says of them cannot be judged
+  bool tells_of_routes = false;                ///< why there may be no route is among the errors
+  std::optional<documents::Mark> generated{};  ///< of all that `generate` made
+};
 
 /// Uses the interface descriptions that a configuration names:
 ///
@@ -23,9 +33,8 @@ namespace trestle::carry {
 /// @param file   the configuration's, from whose folder paths are meant.
 /// @param types  get the types of the descriptions.
 /// @param of_interfaces  what is wrong with the descriptions.
-/// @return false: they are not good, and what the rest of the file says of them cannot be judged.
-[[nodiscard]] bool apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
-                                    documents::Problems& problems,
-                                    std::vector<documents::Problem>& of_interfaces);
+[[nodiscard]] AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file,
+                                                 messages::TypePlaces& types, documents::Problems& problems,
+                                                 std::vector<documents::Problem>& of_interfaces);
 
 }  // namespace trestle::carry

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -179,6 +180,43 @@ TEST_F(InterfacesTest, SayWhatTheyDoNotHave) {
   EXPECT_THAT(errors("generate: all\n"), HasSubstr("generate: needs `interfaces`"));
   EXPECT_THAT(errors("interfaces: [None.fidl]\ngenerate: all\n"), HasSubstr("None.fidl"));
   EXPECT_THAT(errors("interfaces: Door.fidl\ngenerate: all\n"), HasSubstr("expected a list of files"));
+}
+
+TEST_F(InterfacesTest, SayOnceWhatANameGotWrong) {
+  const auto count = [](const std::string& text) { return std::ranges::count(text, '\n'); };
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
+  // Not what the name would have stood for: topic, type and so on.
+  for (const std::string list :
+       {"routes: [{someip: Door.mved}]\n", "routes: [{someip: Door.open}]\n",
+        "fields: [{someip: Door.moved}]\n", "methods: [{someip: Door.opn}, {someip: Door.ring}]\n"}) {
+    const std::string text = errors(begin + list);
+    EXPECT_EQ(count(text), 1) << text;
+    EXPECT_THAT(text, HasSubstr("error: someip: "));
+  }
+  const std::string unused = errors(begin);
+  EXPECT_EQ(count(unused), 1) << unused;
+  EXPECT_THAT(unused,
+              HasSubstr("bridge.yaml:2:13: error: interfaces: nothing uses them: expected `generate: all`"));
+  const std::string service = errors(begin + "generate: {services: [Dor]}\n");
+  EXPECT_EQ(count(service), 1) << service;
+  EXPECT_THAT(service, HasSubstr("generate: the interfaces have no service 'Dor'; did you mean 'Door'?"));
+}
+
+TEST_F(InterfacesTest, NameTheRouteThatATypeIsWrongFor) {
+  const TypeCheck check = [](const TypeUse&, const messages::MessageRules&, const messages::TypePlaces&) {
+    return TypeVerdict{.fault = {}, .warning = "is long"};
+  };
+  const auto loaded = parse_config(
+      "someip: {address: 127.0.0.1}\ninterfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n"
+      "methods: [{someip: Door.open}]\n",
+      (folder_ / "bridge.yaml").string(), check);
+  ASSERT_TRUE(loaded);
+  std::vector<std::string> texts;
+  for (const documents::Problem& problem : loaded->warnings) {
+    texts.push_back(problem.text);
+  }
+  EXPECT_THAT(texts, testing::Contains("type of /door/ring: is long"));
+  EXPECT_THAT(texts, testing::Contains("type: is long")) << "it has a place of its own";
 }
 
 TEST_F(InterfacesTest, CarryAFieldAsAnEventWhereItIsNamedInRoutes) {
