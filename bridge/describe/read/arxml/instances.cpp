@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <functional>
 #include <utility>
 
 #include "bridge/describe/read/arxml/adaptive.hpp"
@@ -411,7 +412,8 @@ void Adaptive::read_collection(const Node& node, const Instance& instance) {
   if (service == model_.services.end()) {
     return;
   }
-  const auto read = [&](const Node& properties, Tag reference, auto take) {
+  using Take = std::function<void(const Node&, std::string_view, std::chrono::microseconds)>;
+  const auto read = [&](const Node& properties, Tag reference, const Take& take) {
     const Node* const deployment = tree_.follow(&properties, reference);
     const Node* const collection = properties.child("COLLECTION-PROPS"_tag);
     const Node* const timeout =
@@ -452,24 +454,26 @@ void Adaptive::read_collection(const Node& node, const Instance& instance) {
     }
   };
   each_in(&node, "EVENT-PROPSS"_tag, "SOMEIP-EVENT-PROPS"_tag, [&](const Node& properties) {
-    read(properties, "EVENT-REF"_tag, [&](const Node& deployment, std::string_view name, auto time) {
-      if (deployment.tag == "NOTIFIER"_tag) {
-        of_field(deployment, name, time);
-      } else if (Event* const event = element(service->events, name); event != nullptr) {
-        event->transfer.retention = time;
-      }
-    });
+    read(properties, "EVENT-REF"_tag,
+         [&](const Node& deployment, std::string_view name, std::chrono::microseconds time) {
+           if (deployment.tag == "NOTIFIER"_tag) {
+             of_field(deployment, name, time);
+           } else if (Event* const event = element(service->events, name); event != nullptr) {
+             event->transfer.retention = time;
+           }
+         });
   });
   for (const Tag list : {"METHOD-REQUEST-PROPSS"_tag, "METHOD-RESPONSE-PROPSS"_tag}) {
     each_in(&node, list, "SOMEIP-METHOD-PROPS"_tag, [&](const Node& properties) {
-      read(properties, "METHOD-REF"_tag, [&](const Node& deployment, std::string_view name, auto time) {
-        if (deployment.tag == "GET"_tag || deployment.tag == "SET"_tag) {
-          of_field(deployment, name, time);
-        } else if (Method* const method = element(service->methods, name); method != nullptr) {
-          (list == "METHOD-REQUEST-PROPSS"_tag ? method->request_transfer : method->response_transfer)
-              .retention = time;
-        }
-      });
+      read(properties, "METHOD-REF"_tag,
+           [&](const Node& deployment, std::string_view name, std::chrono::microseconds time) {
+             if (deployment.tag == "GET"_tag || deployment.tag == "SET"_tag) {
+               of_field(deployment, name, time);
+             } else if (Method* const method = element(service->methods, name); method != nullptr) {
+               (list == "METHOD-REQUEST-PROPSS"_tag ? method->request_transfer : method->response_transfer)
+                   .retention = time;
+             }
+           });
     });
   }
 }
