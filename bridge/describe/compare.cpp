@@ -344,7 +344,9 @@ class Comparison {
           now.place);
     }
     transfers(element, old.request_transfer, now.request_transfer, old.place, now.place, both_known);
-    transfers(element, old.response_transfer, now.response_transfer, old.place, now.place, both_known);
+    if (!old.fire_and_forget && !now.fire_and_forget) {
+      transfers(element, old.response_transfer, now.response_transfer, old.place, now.place, both_known);
+    }
     protection(element, old.e2e, now.e2e, old.place, now.place);
     payloads(element + ".request", old.request, now.request, old.place, now.place);
     if ((old.error == no_type) != (now.error == no_type)) {

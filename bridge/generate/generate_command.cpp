@@ -211,7 +211,11 @@ int run_generate(GenerateArguments& arguments) {
   arguments.sources.keep_ids();
   int status = cli::exit_ok;
   for (const auto& [one, result] : results) {
-    if (result.files.empty()) {
+    if (result.files.empty() && result.not_carried.empty()) {
+      if (!arguments.quiet) {
+        fmt::print(stderr, "nothing to write to {}: ROS 2 has all types already\n", one->name);
+      }
+    } else if (result.files.empty()) {
       fmt::print(stderr, "{}nothing to write to {}{}: {}\n", colour.red, one->name, colour.off,
                  why_nothing(system.model));
       status = cli::exit_failure;

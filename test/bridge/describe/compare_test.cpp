@@ -284,6 +284,16 @@ TEST(Compare, SkipsWhatADescriptionOfIdsDoesNotSay) {
   EXPECT_THAT(ids(compare(bare, full)), IsEmpty());
 }
 
+TEST(Compare, SkipsTheAnswerOfWhatHasNone) {
+  Model old = door();
+  service(old).methods.front().fire_and_forget = true;
+  Model now = old;
+  service(now).methods.front().response_transfer.transport = Transport::tcp;
+  EXPECT_THAT(ids(compare(old, now)), IsEmpty());
+  service(now).methods.front().fire_and_forget = service(old).methods.front().fire_and_forget = false;
+  EXPECT_THAT(ids(compare(old, now)), ElementsAre("transport"));
+}
+
 TEST(Compare, FindsWhatADescriptionOfIdsSaysOtherwise) {
   Model bare = ids_of_door();
   service(bare).events.front().transfer.transport = Transport::tcp;

@@ -209,6 +209,11 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 0, errors)
         service = json.loads(output)["services"][0]
         self.assertEqual((service["scope"], service["name"], service["id"]), ("sensor_msgs", "PointCloud2Service", "0x1234"))
+        out = self.folder / "points"
+        status, _, errors = run("generate", "sensor_msgs/msg/PointCloud2", "--to", "routes,msg", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("nothing to write to msg: ROS 2 has all types already", errors)
+        self.assertEqual(run("check", out / "bridge.yaml")[0], 0)
         status, _, errors = run("generate", "car_msgs/msg/None", "--to", "json")
         self.assertEqual(status, 2)
         self.assertIn("car_msgs", errors)

@@ -99,6 +99,17 @@ void Adaptive::read_service(const Node* interface, const Node* deployment, bool 
     read_deployment(*deployment, parts, interface != nullptr);
     deployed_[deployment] = {full_name(service.scope, service.name), service.id};
   }
+  if (interface == nullptr) {  // which has the types
+    for (Event& event : service.events) {
+      event.payload.known = false;
+    }
+    for (Method& method : service.methods) {
+      method.request.known = method.response.known = false;
+    }
+    for (Field& field : service.fields) {
+      field.payload.known = false;
+    }
+  }
   read_protection(parts);
   std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
   check_ids(service);

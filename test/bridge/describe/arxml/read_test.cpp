@@ -481,6 +481,22 @@ TEST(ReadArxml, JoinsPackagesAndFollowsReferencesOverFiles) {
       HasSubstr("error: the type /P/Speed is in none of the files: read the file that has it as well"));
 }
 
+TEST(ReadArxml, DoesNotKnowThePayloadsOfADeploymentWithoutItsInterface) {
+  const Reading reading = read_texts({arxml(
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>"
+      "<SOMEIP-EVENT-DEPLOYMENT><SHORT-NAME>m</SHORT-NAME><EVENT-REF DEST=\"X\">/P/Door/moved</EVENT-REF>"
+      "<EVENT-ID>0x8001</EVENT-ID></SOMEIP-EVENT-DEPLOYMENT></EVENT-DEPLOYMENTS><METHOD-DEPLOYMENTS>"
+      "<SOMEIP-METHOD-DEPLOYMENT><SHORT-NAME>o</SHORT-NAME><METHOD-REF DEST=\"X\">/P/Door/open</METHOD-REF>"
+      "<METHOD-ID>7</METHOD-ID></SOMEIP-METHOD-DEPLOYMENT></METHOD-DEPLOYMENTS>"
+      "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+      "<SERVICE-INTERFACE-ID>4660</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  EXPECT_THAT(problems_of(reading), HasSubstr("its types are not known"));
+  const Service& door = reading.model.services.at(0);
+  EXPECT_FALSE(door.events.at(0).payload.known);
+  EXPECT_FALSE(door.methods.at(0).request.known);
+  EXPECT_FALSE(door.methods.at(0).response.known);
+}
+
 TEST(ReadArxml, ReadsInstancesWithTheirMachines) {
   const Reading reading = read_texts({arxml(
       service("") +
