@@ -237,6 +237,30 @@ bool ServiceDiscovery::keep_configuration_of(slots::Remote& offered, bool requir
   return kept || offered.service != other_protocols;
 }
 
+// A place for a service that is offered for the first time; null, and said, when there is none.
+slots::Remote* ServiceDiscovery::add_remote(slots::Remote& offered, bool is_taken_over,
+                                            const Arrival& arrival) noexcept {
+  const std::size_t wanting = requirements_of(offered);
+  if (!guards && event_places() < wanting) {
+    refuse(Limit::pending_events);
+    return nullptr;
+  }
+  slots::Remote* const remote = new_remote(wanting, arrival);
+  if (remote == nullptr) {
+    refuse(is_guest(arrival.peer) ? Limit::peers : Limit::remote_services);
+    return nullptr;
+  }
+  static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
+  *remote = offered;
+  remote->is_wanted = wanting > 0;
+  ++peers_[remote->peer].remotes;
+  if constexpr (guards) {
+    recall(*remote, arrival.now);
+    taken_over_ = is_taken_over ? remote->index : taken_over_;
+  }
+  return remote;
+}
+
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote offered;
   if (!read_offer(entry, arrival, offered)) {
@@ -273,23 +297,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   }
   const bool is_new = remote == nullptr;
   if (is_new) {
-    const std::size_t wanting = requirements_of(offered);
-    if (!guards && event_places() < wanting) {
-      refuse(Limit::pending_events);
-      return;
-    }
-    remote = new_remote(wanting, arrival);
+    remote = add_remote(offered, is_taken_over, arrival);
     if (remote == nullptr) {
-      refuse(is_guest(arrival.peer) ? Limit::peers : Limit::remote_services);
       return;
-    }
-    static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
-    *remote = offered;
-    remote->is_wanted = wanting > 0;
-    ++peers_[remote->peer].remotes;
-    if constexpr (guards) {
-      recall(*remote, arrival.now);
-      taken_over_ = is_taken_over ? remote->index : taken_over_;
     }
   }
   remote->goes_on = remote->goes_on || remote->is_asked || remote->unanswered != 0;

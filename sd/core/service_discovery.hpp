@@ -534,6 +534,8 @@ class ServiceDiscovery {
   [[nodiscard]] bool read_offer(const Entry& entry, const Arrival& arrival, slots::Remote& offered) noexcept;
   [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
+  [[nodiscard]] slots::Remote* add_remote(slots::Remote& offered, bool is_taken_over,
+                                          const Arrival& arrival) noexcept;
   [[nodiscard]] slots::Remote* new_remote(std::size_t wanting, const Arrival& arrival) noexcept;
   void make_room_for_remote(const Arrival& arrival) noexcept;
   void remove(slots::Remote& remote) noexcept;
