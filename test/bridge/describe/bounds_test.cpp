@@ -19,6 +19,7 @@
 #include "bridge/describe/write/sheet/write_sheet.hpp"
 #include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
 #include "bridge/describe/write/wireshark/write_wireshark.hpp"
+#include "test/sanitized.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -28,11 +29,11 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// Without optimisation even what is linear takes a while.
+/// Without optimisation even what is linear takes a while, and with a sanitizer a long one.
 #ifdef __OPTIMIZE__
-constexpr unsigned many = 30'000;
+constexpr unsigned many = test::sanitized ? 1'000 : 30'000;
 #else
-constexpr unsigned many = 4'000;
+constexpr unsigned many = test::sanitized ? 1'000 : 4'000;
 #endif
 
 std::vector<std::string> lines_of(const std::vector<NotCarried>& all) {
