@@ -122,7 +122,8 @@ TEST_F(Rings, AskARosServiceOnce) {
   RunningBridge& back = add("methods:\n" + method("someip", 1));
   ASSERT_TRUE(until([&] { return there.counter("method of ROS service /actuate", "ready") == 1; }));
   run_for(a_while);
-  EXPECT_EQ(back.counter("ROS service of method /actuate", "ready"), 0U);
+  // DDS may tell of the other bridge a heartbeat later than SOME/IP of its service.
+  ASSERT_TRUE(until([&] { return back.counter("ROS service of method /actuate", "ready") == 0; }));
   dds::ServiceClient& client = driver_.client(listener_, ros("/actuate", "std_srvs/srv/SetBool"));
   ASSERT_TRUE(until([&] { return client.ready(); }));
   std::vector<Answer> answers;
