@@ -195,30 +195,24 @@ class Allocation {
     const someip::EventgroupId id =
         lowest == service.eventgroups.end() ? someip::EventgroupId{1} : lowest->id;
     bool used = false;
-    const auto join = [&](std::vector<someip::EventgroupId>& eventgroups) {
-      if (eventgroups.empty()) {
-        eventgroups = {id};
-        used = true;
+    const auto join = [&](auto& element) {
+      if (!element.eventgroups.empty() || (element.observed_bytes && !element.payload.known)) {
+        return;
+      }
+      element.eventgroups = {id};
+      used = true;
+      if (element.observed_bytes) {
+        warning(element.place,
+                fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
+                            service.name, element.name, someip::value(id)));
       }
     };
     for (Event& event : service.events) {
-      if (!event.eventgroups.empty() || (event.observed_bytes && !event.payload.known)) {
-        continue;
-      }
-      join(event.eventgroups);
-      if (event.observed_bytes) {
-        warning(event.place, fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
-                                         service.name, event.name, someip::value(id)));
-      }
+      join(event);
     }
     for (Field& field : service.fields) {
-      if (field.has_notifier && (!field.observed_bytes || field.payload.known)) {
-        if (field.observed_bytes && field.eventgroups.empty()) {
-          warning(field.place,
-                  fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
-                              service.name, field.name, someip::value(id)));
-        }
-        join(field.eventgroups);
+      if (field.has_notifier) {
+        join(field);
       }
     }
     if (used && service.eventgroups.empty()) {

@@ -117,22 +117,20 @@ class Members {
 
   /// @return false: nobody has this id.
   bool add_event(const Event& event) {
+    const auto add_to = [&event](auto& known, Transfer& transfer) {
+      add_transfer(transfer, event.transfer);
+      fill(known.eventgroups, event.eventgroups);
+      add_protection(known.e2e, event.e2e);
+      fill(known.cycle, event.cycle);
+      fill(known.observed_bytes, event.observed_bytes);
+      fill(known.notes, event.notes);
+    };
     if (Event* const known = find(events_, to_.events, event.id)) {
-      add_transfer(known->transfer, event.transfer);
-      fill(known->eventgroups, event.eventgroups);
-      add_protection(known->e2e, event.e2e);
-      fill(known->cycle, event.cycle);
-      fill(known->observed_bytes, event.observed_bytes);
-      fill(known->notes, event.notes);
+      add_to(*known, known->transfer);
       return true;
     }
     if (Field* const known = find(notifiers_, to_.fields, event.id)) {
-      add_transfer(known->notifier_transfer, event.transfer);
-      fill(known->eventgroups, event.eventgroups);
-      add_protection(known->e2e, event.e2e);
-      fill(known->cycle, event.cycle);
-      fill(known->observed_bytes, event.observed_bytes);
-      fill(known->notes, event.notes);
+      add_to(*known, known->notifier_transfer);
       return true;
     }
     return false;

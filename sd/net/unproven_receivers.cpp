@@ -1,18 +1,8 @@
 #include "sd/net/unproven_receivers.hpp"
 
 #include <algorithm>
-#include <span>
-
-#include "sd/core/recent_messages.hpp"
 
 namespace trestle::sd {
-
-template <typename Value>
-Value& HashedPlaces<Value>::at(const IpAddress& address, std::uint64_t more) noexcept {
-  const std::uint32_t hash =
-      hash_of(hash_of(seed_, std::as_bytes(std::span{&more, 1})), std::as_bytes(std::span{address.bytes}));
-  return places_[(hash ^ (hash >> 16U)) % count];
-}
 
 UnprovenReceivers::UnprovenReceivers(std::size_t most, std::size_t rate_per_s, std::uint32_t seed)
     : most_{most}, rate_per_s_{rate_per_s}, budgets_{seed, {.left = static_cast<double>(most), .at = {}}} {}

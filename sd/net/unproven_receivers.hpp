@@ -1,6 +1,8 @@
 #pragma once
+#include <span>
 #include <vector>
 
+#include "sd/core/recent_messages.hpp"
 #include "sd/core/service_discovery.hpp"
 #include "sd/net/node_config.hpp"
 
@@ -17,7 +19,11 @@ class HashedPlaces {
   HashedPlaces(std::uint32_t seed, Value first) : seed_{seed}, places_(count, first) {}
 
   /// @param more  of the key, beside the address
-  [[nodiscard]] Value& at(const IpAddress& address, std::uint64_t more = 0) noexcept;
+  [[nodiscard]] Value& at(const IpAddress& address, std::uint64_t more = 0) noexcept {
+    const std::uint32_t of_more = hash_of(seed_, std::as_bytes(std::span{&more, 1}));
+    const std::uint32_t hash = hash_of(of_more, std::as_bytes(std::span{address.bytes}));
+    return places_[(hash ^ (hash >> 16U)) % count];
+  }
 
  private:
   std::uint32_t seed_;

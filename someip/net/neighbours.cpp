@@ -41,8 +41,7 @@ bool is_link_local(const IpAddress& host) {
   return host.v6 && host.bytes[0] == 0xfe && (host.bytes[1] & 0xc0U) == 0x80;
 }
 
-// --- rtnetlink
-// ----------------------------------------------------------------------------------------------
+// --- rtnetlink --------------------------------------------------------------------------------------------
 
 constexpr int max_answers = 8;  // that are read for one question; more than one comes only if one was lost
 

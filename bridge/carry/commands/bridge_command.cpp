@@ -147,8 +147,8 @@ int run(const Options& options) {
                                   runner->show();
                                 }
                               }};
+  raise_descriptor_limit();  // before the bridge, which shares out what it may have
   runner.emplace(io, options, std::move(*config));
-  raise_descriptor_limit();
   const SpareMemory spare_memory{io};
   sd::run_busy(io, runner->busy_poll());
   runner->show();

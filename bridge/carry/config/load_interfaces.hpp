@@ -12,8 +12,8 @@ namespace trestle::carry {
 
 /// What became of the descriptions.
 struct AppliedInterfaces {
-  bool good =
-      true;  ///< false: they are not good, and what the rest of the file says of them cannot be judged
+  /// False: they are not good, and what the rest of the file says of them cannot be judged.
+  bool good = true;
   bool tells_of_routes = false;                ///< why there may be no route is among the errors
   std::optional<documents::Mark> generated{};  ///< of all that `generate` made
 };
