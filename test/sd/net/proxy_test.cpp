@@ -213,14 +213,18 @@ TEST_F(ProxyTest, MovesWithItsCalls) {
   ASSERT_TRUE(answered(2));
   EXPECT_EQ(answers[1].error, boost::asio::error::operation_aborted);
 
+  // Knows the first service, so that it can tell when the withdrawal has come, which is sent after the other
+  // offer.
+  const Proxy witness{client, wanted};
+  ASSERT_TRUE(run_until([&] { return !witness.available().empty(); }));
   Offer second{std::move(first)};
+  run_for(30ms);
+  EXPECT_THAT(witness.available(), SizeIs(1)) << "withdrawn by the move";
   ServiceSpec other = spec();
   other.service = ServiceId{0x4321};
   second = Offer{server, other};  // withdraws the first
-  ASSERT_TRUE(run_until([&] { return !moved.available().empty(); }));
-  const Proxy none{client, wanted};
-  run_for(30ms);
-  EXPECT_THAT(none.available(), IsEmpty());
+  EXPECT_TRUE(run_until([&] { return witness.available().empty(); }));
+  EXPECT_TRUE(run_until([&] { return !moved.available().empty(); }));
 }
 
 TEST_F(ProxyTest, GivesFuturesToOtherThreads) {
