@@ -415,9 +415,9 @@ void Provider::note_slow(const OpenOffer& offer, const Receiver& receiver, const
     next_slow_line_ = now() + std::chrono::seconds{1};
     slow.next_line = now() + slow_pause;
     warn_(someip::to_string(receiver.to) + (receiver.transport == Transport::tcp ? " (TCP)" : " (UDP)") +
-          " takes events more slowly than they come, the last was " + hexadecimal(value(header.method)) +
-          " of " + to_string(offer.spec.service, offer.spec.instance) + ": " +
-          std::to_string(std::exchange(slow.unsaid, 0)) + " dropped for it, none for others");
+          " takes events more slowly than they come, or is gone; the last was " +
+          hexadecimal(value(header.method)) + " of " + to_string(offer.spec.service, offer.spec.instance) +
+          ": " + std::to_string(std::exchange(slow.unsaid, 0)) + " dropped for it, none for others");
   }
 }
 

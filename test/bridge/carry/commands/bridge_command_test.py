@@ -2,9 +2,11 @@
 
 Usage: bridge_command_test.py TRESTLE
 """
+import contextlib
 import json
 import os
 import re
+import resource
 import select
 import signal
 import socket
@@ -17,7 +19,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
-from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, PID, head, log_until, offered, write
+from bridge_program import BRIDGE, DOMAIN, GROUP, HOST, PEER, PID, head, log_until, offered, write
 from socket_buffers import limits_below, limits_told, without_net_admin
 
 TRESTLE = sys.argv.pop(1)
@@ -371,6 +373,32 @@ class BridgeCommand(unittest.TestCase):
         self.assertTrue(any(line["event"] == "discovery" and "is offered" in line["text"] for line in lines))
         self.assertTrue(any(line["event"] == "counters" and line["group"] == "SOME/IP-TP" for line in lines))
         peer.close()
+
+    def test_serves_more_connections_than_its_first_limit_of_descriptors_allows(self):
+        def few_descriptors():
+            resource.setrlimit(resource.RLIMIT_NOFILE, (100, min(4096, resource.getrlimit(resource.RLIMIT_NOFILE)[1])))
+        routes = "".join(
+            f"  - {{topic: /out{port}, type: std_msgs/msg/String, direction: dds_to_someip, service: {port}, instance: 1,\n"
+            f"     eventgroup: 1, event: 0x8001, port: {port}, transport: tcp}}\n" for port in (40001, 40002))
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file, tempfile.TemporaryFile("w+") as log, \
+                contextlib.ExitStack() as connections:
+            write(file.name, head() + "routes:\n" + routes)
+            with subprocess.Popen([TRESTLE, "bridge", file.name], stdout=subprocess.DEVNULL, stderr=log,
+                                  preexec_fn=few_descriptors) as bridge:
+                try:
+                    log_until(log, "Ctrl-C")
+                    clients = []
+                    for number in range(120):
+                        client = connections.enter_context(socket.socket(socket.AF_INET, socket.SOCK_STREAM))
+                        client.settimeout(PATIENCE)
+                        client.bind((HOST + str(20 + number // 10), 0))
+                        client.connect((BRIDGE, 40001 + number % 2))
+                        clients.append((client, 40001 + number % 2))
+                    for client, service in clients:  # all at once: none has been closed for another
+                        client.sendall(someip(service, 5, b"", message_type=0))
+                        self.assertEqual(client.recv(100)[14:16], bytes([0x80, 3]), "error: E_UNKNOWN_METHOD")
+                finally:
+                    bridge.kill()
 
     def test_writes_only_some_of_many_lines_of_a_kind(self):
         for more in [], ["--quiet"]:
