@@ -331,20 +331,23 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return;
   }
   const std::string_view name = name_in(entry, arrival);
-  const auto is_meant = [&](const Subscription& subscription) {
-    if (subscription.remote == Subscription::no_remote) {
+  // By the offer: a server may well send Acks that mean nothing, and not each is worth a look at all
+  // subscriptions. Nobody subscribes to who offers nothing.
+  std::uint16_t at = slots::Remote::none;
+  const auto is_meant = [&](const slots::Remote& remote) {
+    if (remote.peer != arrival.peer || remote.service != entry.service || remote.instance != entry.instance ||
+        remote.major != entry.major ||
+        !(name.empty() || has_name(remote.service, remote.configuration, name))) {
       return false;
     }
-    const slots::Remote& remote = remotes_[subscription.remote];
-    return remote.peer == arrival.peer && remote.service == entry.service &&
-           remote.instance == entry.instance && remote.major == entry.major &&
-           subscription.eventgroup == entry.eventgroup() && subscription.counter == entry.counter() &&
-           (name.empty() || has_name(remote.service, remote.configuration, name));
+    at = remote.subscribed_by;
+    while (at != slots::Remote::none && (subscriptions_[at].eventgroup != entry.eventgroup() ||
+                                         subscriptions_[at].counter != entry.counter())) {
+      at = subscriptions_[at].next;
+    }
+    return at != slots::Remote::none;
   };
-  Subscription* const
-      meant =  // nobody subscribes to who offers nothing: a flood of those is not worth a search
-      peers_[arrival.peer].remotes == 0 ? nullptr : subscriptions_.search(is_meant);
-  if (meant == nullptr) {
+  if (peers_[arrival.peer].remotes == 0 || remotes_.search(is_meant) == nullptr) {
     count(counters_.ignored_unexpected_ack);
     return;
   }
@@ -352,7 +355,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     refuse(Limit::pending_events);
     return;
   }
-  Subscription& subscription = *meant;
+  Subscription& subscription = subscriptions_[at];
   if (!guards || entry.ttl_s != 0) {  // whoever refuses has not shown that it serves
     answered(remotes_[subscription.remote]);
   }

@@ -587,19 +587,27 @@ void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arri
     count(counters_.ignored_wrong_transport);
     return;
   }
+  // A flood of those that mean nothing is not worth a search.
+  if (guards && (peers_[arrival.peer].subscribers == 0 ||
+                 (is_too_fast(arrival.peer, arrival.now) && !may_go_on(arrival.peer, 1, arrival.now)))) {
+    return;
+  }
   auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
     count(counters_.ignored_bad_options);
     return;
   }
+  slots::Subscriber* slot = nullptr;
   const slots::Offer* const offer = offered(entry, arrival);
-  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
-  if (eventgroup == nullptr) {
-    return;
+  if (const Eventgroup* const eventgroup =
+          offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr) {
+    keep_needed(*options, *eventgroup);
+    slot = subscription_of(*offer, entry, arrival.peer, *options);
   }
-  keep_needed(*options, *eventgroup);
-  if (slots::Subscriber* const slot = subscription_of(*offer, entry, arrival.peer, *options)) {
+  if (slot != nullptr) {
     lose(*slot, LossReason::stopped);
+  } else {
+    static_cast<void>(may_go_on(arrival.peer, 1, arrival.now));
   }
 }
 

@@ -637,8 +637,8 @@ void Provider::send_initial_values(OfferHandle handle, EventgroupId eventgroup,
 
 bool Provider::may_be_repeated(const OpenOffer& offer, MethodId event, const Endpoint& to,
                                std::size_t bytes) {
-  if (bytes <= someip::max_plain_payload_bytes || is_of_this_host(to.address, config_.address) ||
-      repeated_.take(to.address, offer.handle, event, now())) {
+  if (is_of_this_host(to.address, config_.address) ||
+      repeated_.take(to.address, offer.handle, event, bytes, now())) {
     return true;
   }
   ++counters_.repeated_values_refused;

@@ -23,12 +23,17 @@ bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept {
   return address.is_loopback() || (!address.v6 && address == own);
 }
 
-bool RepeatedValues::take(const IpAddress& to, OfferHandle offer, someip::MethodId event,
+bool RepeatedValues::take(const IpAddress& to, OfferHandle offer, someip::MethodId event, std::size_t bytes,
                           TimePoint now) noexcept {
+  constexpr std::size_t around = 64;  // headers, which a value of few bytes takes all the same
+  constexpr auto most = static_cast<std::int64_t>(someip::max_plain_payload_bytes + around);
+  const Duration cost = bytes > someip::max_plain_payload_bytes
+                            ? pause
+                            : pause_of_datagram * static_cast<std::int64_t>(bytes + around) / most;
   const std::uint64_t value_of =
       (std::uint64_t{offer.index} << 48U) | (std::uint64_t{offer.generation} << 32U) | someip::value(event);
   TimePoint& free_at = free_at_.at(to, value_of);
-  const TimePoint next = std::max(free_at, now) + pause;
+  const TimePoint next = std::max(free_at, now) + cost;
   if (next > now + pause * at_once_) {
     return false;
   }

@@ -58,17 +58,18 @@ class UnprovenReceivers {
 /// packets from a network.
 [[nodiscard]] bool is_of_this_host(const IpAddress& address, const IpAddress& own) noexcept;
 
-/// How often a large initial value goes to one address: somebody may subscribe in its name, again and again,
-/// and a hundred bytes must not bring it megabytes each time. So many at once, then one every two seconds,
-/// see HashedPlaces.
+/// How often an initial value goes to one address: somebody may subscribe in its name, again and again, and a
+/// hundred bytes must not bring it megabytes each time. In segments so often at once, then once every two
+/// seconds; in one datagram five times as often, and more often the smaller it is. See HashedPlaces.
 class RepeatedValues {
  public:
   static constexpr Duration pause = std::chrono::seconds{2};
+  static constexpr Duration pause_of_datagram = pause / 5;  ///< of the largest
 
   RepeatedValues(std::uint16_t at_once, std::uint32_t seed) : at_once_{at_once}, free_at_{seed, {}} {}
 
-  /// Whether the value of this event may go there once more, which then counts.
-  [[nodiscard]] bool take(const IpAddress& to, OfferHandle offer, someip::MethodId event,
+  /// Whether the value of this event, so many bytes, may go there once more, which then counts.
+  [[nodiscard]] bool take(const IpAddress& to, OfferHandle offer, someip::MethodId event, std::size_t bytes,
                           TimePoint now) noexcept;
 
  private:

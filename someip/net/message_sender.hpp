@@ -51,7 +51,8 @@ class MessageSender {
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
 
   /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
-  /// when too many wait for the receiver, or says that the new one is not to be sent.
+  /// when too many wait for the receiver, or says that the new one is not to be sent. For a host that nobody
+  /// has answered for (Neighbours) it keeps one large message with each Message ID.
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
 
   /// Calls `told` once, for the first message of more bytes than this. Not to destroy the sender.

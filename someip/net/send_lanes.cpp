@@ -1,6 +1,7 @@
 #include "someip/net/send_lanes.hpp"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace trestle::someip {
@@ -136,15 +137,22 @@ bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
       own += lane.to == to ? lane.bytes : 0;
       of_address += lane.to.address == to.address ? lane.bytes : 0;
     }
+    const bool silent = awaiting(to) != nullptr;
+    const auto gives_way_first = [&](const SendLane& lane) { return lane.host && !silent; };
+    const auto order = [&](const SendLane& lane) {
+      return std::tuple{gives_way_first(lane), lane.share->bytes, lane.bytes};
+    };
     SendLane* most = nullptr;
     Queue::iterator oldest;
     for (SendLane& lane : lanes_) {
       const bool has_more = lane.to.address == to.address ? lane.bytes > own : lane.share->bytes > of_address;
-      const auto size = [](const SendLane& one) { return std::pair{one.share->bytes, one.bytes}; };
-      if (!has_more || (most != nullptr && size(lane) <= size(*most))) {
+      const bool may_give = gives_way_first(lane) || (has_more && (!silent || lane.host));
+      if (!may_give || (most != nullptr && order(lane) <= order(*most))) {
         continue;
       }
-      const auto first = std::ranges::find(lane.queue, true, &PendingMessage::may_go);
+      const auto first = std::ranges::find_if(lane.queue, [&](const PendingMessage& one) {
+        return one.may_go() || (gives_way_first(lane) && !one.lent);
+      });
       if (first != lane.queue.end()) {
         most = &lane;
         oldest = first;
@@ -159,12 +167,31 @@ bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
   return true;
 }
 
+// Of what has begun to leave, the one datagram went that asks for the host.
+SendLanes::Queue::iterator SendLanes::large_like(Queue& queue, const Header& newer) {
+  return std::ranges::find_if(queue, [&](const PendingMessage& one) {
+    return !one.plain() && !one.lent && one.header.service == newer.service &&
+           one.header.method == newer.method;
+  });
+}
+
 Room SendLanes::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
   if (rule.most == 0 || bytes_ == 0) {
     return {};
   }
   const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
-  if (lane == lanes_.end() || lane->queue.size() < rule.most) {
+  if (lane == lanes_.end()) {
+    return {};
+  }
+  if (lane->host && lane->queue.size() <= max_looked_through) {
+    if (const auto large = large_like(lane->queue, newer); large != lane->queue.end()) {
+      if (!rule.keep_oldest) {
+        drop(*lane, large);
+      }
+      return {!rule.keep_oldest, 1};
+    }
+  }
+  if (lane->queue.size() < rule.most) {
     return {};
   }
   if (lane->queue.size() > max_looked_through) {

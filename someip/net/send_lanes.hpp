@@ -99,12 +99,14 @@ class SendLanes {
   /// address with the most give way, as long as more waits for it than for that of this receiver; of its
   /// receivers, the one with the most, the oldest first that have not begun to leave. Among the receivers of
   /// one address it is the same. So a slow receiver leaves room for others, and who subscribes many times has
-  /// no more than others. To be followed by let_go().
+  /// no more than others. Before all that, what waits for hosts that nobody has answered for gives way to the
+  /// others, which do not give way to it. To be followed by let_go().
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
-  /// To be called before add(): makes room as MessageSender::make_room() does. Call let_go() afterwards, as
-  /// after add().
+  /// To be called before add(): makes room as MessageSender::make_room() does. For a host that nobody has
+  /// answered for only one large message with each Message ID waits. Call let_go() afterwards, as after
+  /// add().
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
   /// Ends the messages that gave way. Their owners are let go, and may call us.
   void let_go();
@@ -134,6 +136,8 @@ class SendLanes {
   void count(SendLane& lane, std::size_t bytes) noexcept;
   void discount(SendLane& lane, std::size_t bytes) noexcept;
   using Queue = std::list<PendingMessage>;
+  /// A message in segments with the Message ID of `newer`; end() if there is none.
+  [[nodiscard]] static Queue::iterator large_like(Queue& queue, const Header& newer);
   void drop(SendLane& lane, Queue::iterator message);
   /// Whether so many more bytes may wait for this receiver, after others have given way.
   [[nodiscard]] bool make_way(const Endpoint& to, std::size_t bytes);

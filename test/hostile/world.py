@@ -58,8 +58,8 @@ class Flow:
         return self._car.format(**words), self._honest.format(**words)
 
 
-def _out(name, service, port, sizes, tcp=False):
-    return Flow(name, route(f"/{name}", service, "dds_to_someip", port, more=", transport: tcp" if tcp else ""),
+def _out(name, service, port, sizes, tcp=False, more=""):
+    return Flow(name, route(f"/{name}", service, "dds_to_someip", port, more=", transport: tcp" if tcp else more),
                 f"{name}=publish:/{name}:cloud:{sizes}", f"{name}=listen:{service}:1:{'tcp' if tcp else 'udp'}:{port + 5000}")
 
 
@@ -80,9 +80,10 @@ CLOUDS, EVENTS = "{cloud}:{cloud_hz}", "200:{hz}"
 FLOWS = {flow.name: flow for flow in [
     _out("clouds_out", 0x4001, 40001, CLOUDS), _out("events_out", 0x4002, 40002, EVENTS),
     _out("clouds_out_tcp", 0x4011, 40011, CLOUDS, tcp=True),
+    _out("clouds_out_group", 0x4021, 40021, CLOUDS, more=", multicast: {address: 239.1.2.3, port: 30500, threshold: 1}"),
     _in("late_in", 0x5009, 45009, EVENTS), _in("clouds_in", 0x5001, 45001, CLOUDS), _in("events_in", 0x5002, 45002, EVENTS),
     _field("calls_udp", 0x4003, 40003, 200, True), _field("calls_tcp", 0x4004, 40004, 200, True, tcp=True),
-    _field("big_value", 0x4005, 40005, 1_000_000, "")]}
+    _field("big_value", 0x4005, 40005, 1_000_000, ""), _field("small_value", 0x4005, 40005, 1_300, "")]}
 
 
 class World:
@@ -122,10 +123,12 @@ class World:
         """The route of a flow whose other end is not there from the start."""
         return FLOWS[name].route
 
-    def honest(self, *names, more="", quiet=False, routes="", fields="", ends=(), late=False):
+    def honest(self, *names, more="", quiet=False, routes="", fields="", ends=(), late=False, interface="127.0.0.1",
+               dds_at="car"):
         """A bridge in the car, flows through it, and their other ends at the honest host. `ends`: more in the car.
 
-        late: there is LATE, too, which a newcomer may offer."""
+        late: there is LATE, too, which a newcomer may offer. dds_at: the host of their ends in DDS, which the bridge
+        reaches by `interface`."""
         self.flows = [FLOWS[name] for name in names]
         if late:
             routes += self.route_of(LATE)
@@ -133,9 +136,9 @@ class World:
         routes += "".join(flow.route for flow in self.flows)
         fields += "".join(flow.field for flow in self.flows)
         body = ("routes:\n" + routes if routes else "") + ("fields:\n" + fields if fields else "")
-        self.car = self.bridge("car", "bridge", body, more=more, quiet=quiet)
+        self.car = self.bridge("car", "bridge", body, more=more, quiet=quiet, interface=interface)
         parts = [flow.ends(self.scale) for flow in self.flows]
-        self.car_end = self.end("car", "car-end", "dds", 80, *[car for car, _ in parts], *ends)
+        self.car_end = self.end(dds_at, "car-end", "dds", 80 if dds_at == "car" else "80,all", *[car for car, _ in parts], *ends)
         if names:
             self.honest_end = self.end("honest", "honest-end", "peer", self.addresses["honest"], *[part for _, part in parts])
             self.wait_for_flows()

@@ -202,6 +202,29 @@ TEST(AnswersToUs, AreTakenFromWhoHasUsedUpItsAllowance) {
   EXPECT_EQ(machine.discovery.counters().ignored_too_many, 1U);
 }
 
+// A flood of StopSubscribes that mean nothing is not looked at without end, and takes nothing from who stops
+// what it has.
+TEST_F(Rates, LimitStopSubscribesThatMeanNothing) {
+  covers({"feat_req_someipsd_1297"});
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, infinite_ttl_s)});
+  machine.events();
+  for (int i = 0; i < 50; ++i) {
+    machine.unicast(other, {subscribe(1, {udp(client_udp)}, 0)});
+  }
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 0U) << "who has no subscription is not looked for";
+  for (std::uint16_t i = 0; i < 19; ++i) {
+    machine.unicast(client, {subscribe(0x99, {udp(client_udp)}, 0)});
+  }
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 0U);
+  machine.unicast(client,
+                  {subscribe(1, {udp(client_udp)}, 0)});  // one more: the first Subscribe counted, too
+  EXPECT_THAT(machine.events(), IsEmpty());
+  EXPECT_EQ(machine.discovery.counters().ignored_too_many, 1U);
+  machine.now += 1s;
+  machine.unicast(client, {subscribe(1, {udp(client_udp)}, 0)});
+  EXPECT_THAT(machine.events(), SizeIs(1)) << "it stops";
+}
+
 TEST(AnswersToUs, AreCountedFromWhoOffersNothing) {
   Machine<> machine;
   FakePeer stranger{Endpoint{IpAddress::v4(10, 0, 0, 3), 30490}};

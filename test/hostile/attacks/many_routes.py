@@ -1,5 +1,6 @@
 """A thousand routes of a thousand services between two bridges."""
 import signal
+import struct
 import time
 
 import flows
@@ -7,7 +8,7 @@ from attacker import Attacker, open_udp, pace
 from figures import Figure, at_least, at_most, holds
 from lab import ADDRESS, PATIENCE, Failed
 from scenario import scenario
-from wire import GROUP, endpoint, service_entry
+from wire import ENDLESS, GROUP, endpoint, service_entry, subscribe_entry
 from world import route
 
 MESSAGE = "std_msgs/msg/String"
@@ -110,15 +111,31 @@ def many(world):
     world.car = None
 
 
-def _wanting(world):
-    """The bridge that has subscribed to the 1,000 services of another one."""
+def _both(world):
+    """The bridge that offers 1,000 services, and the one that has subscribed to them."""
     start = _bridges(world, 1000)
     server, client = start("offering"), start("wanting")
     _carrying(world, server)
     began = time.monotonic()
     _carrying(world, client)
     _wait(world, client, 1000, began, 10)
-    return client
+    return server, client
+
+
+def _judge_time(world, bridge, attack, *arguments):
+    """How much of a processor the bridge takes during an attack."""
+    world.pass_time(2, "calm")
+    before = bridge.cpu_ms()
+    world.pass_time(3, "calm")
+    alone = (bridge.cpu_ms() - before) / 3
+    child = world.lab.fork("attacker", attack, *arguments)
+    world.pass_time(2, "attacked")
+    before = bridge.cpu_ms()
+    world.pass_time(5, "attacked")
+    world.figures.append(at_most(f"the {bridge.name} bridge", (bridge.cpu_ms() - before) / 5, 100, "ms/s", timed=True,
+                                 alone=alone))
+    world.lab.end(child)
+    world.car = None
 
 
 def offer_and_withdraw(rate):
@@ -134,19 +151,43 @@ def offer_and_withdraw(rate):
 
 @scenario("1000-offers-withdrawn", 11, "1,000 datagrams/s with 20 offers and withdrawals each beside 1,000 routes")
 def withdrawn(world):
-    client = _wanting(world)
-    world.pass_time(2, "calm")
-    before = client.cpu_ms()
-    world.pass_time(3, "calm")
-    alone = (client.cpu_ms() - before) / 3
-    child = world.lab.fork("attacker", offer_and_withdraw, 1000)
-    world.pass_time(2, "offers and withdrawals")
-    before = client.cpu_ms()
-    world.pass_time(5, "offers and withdrawals")
-    world.figures.append(at_most("the wanting bridge", (client.cpu_ms() - before) / 5, 100, "ms/s", timed=True, alone=alone))
+    _, client = _both(world)
+    _judge_time(world, client, offer_and_withdraw, 1000)
     world.figures.append(at_least("still subscribed", _subscribed(client), 1000))
-    world.lab.end(child)
-    world.car = None
+
+
+def say_what_means_nothing(rate, to, offered, entry):
+    """85 entries in each datagram; `offered`: a service of this host, so that it is one that Acks may come from."""
+    attacker = Attacker()
+    sink = open_udp(attacker.address, 41004)
+    option = endpoint(attacker.address, 41004)
+    if offered:
+        attacker.say(service_entry(1, offered, ttl=ENDLESS, options=1), option, to=to)
+    for i in pace(rate):
+        attacker.say(b"".join(entry(n) for n in range(85 * i, 85 * (i + 1))), b"" if offered else option, to=to)
+    sink.close()
+
+
+def unexpected_ack(number):
+    return struct.pack(">BBBBHHIHH", 7, 0, 0, 0, 0x9001, 1, 1 << 24 | 3, 0, 1 + number % 60_000)
+
+
+def unmeant_stop(number):
+    return subscribe_entry(0x1000 + number % 1000, ttl=0)
+
+
+@scenario("1000-unexpected-acks", 11, "1,000 datagrams/s with 85 Acks that nobody waits for, beside 1,000 routes")
+def unexpected_acks(world):
+    _, client = _both(world)
+    _judge_time(world, client, say_what_means_nothing, 1000, ADDRESS["honest"], 0x9001, unexpected_ack)
+    world.figures.append(at_least("still subscribed", _subscribed(client), 1000))
+
+
+@scenario("1000-unmeant-stops", 11, "1,000 datagrams/s with 85 StopSubscribes of who has not subscribed, beside 1,000 routes")
+def unmeant_stops(world):
+    server, client = _both(world)
+    _judge_time(world, server, say_what_means_nothing, 1000, ADDRESS["car"], 0, unmeant_stop)
+    world.figures.append(at_least("still subscribed", _subscribed(client), 1000))
 
 
 def offer_many(count):
@@ -161,7 +202,7 @@ def offer_many(count):
 
 @scenario("1000-foreign-offers", 11, "1,000 offers of others each second beside 1,000 routes: told")
 def foreign(world):
-    client = _wanting(world)
+    _, client = _both(world)
     child = world.lab.fork("attacker", offer_many, 1000)
     world.pass_time(3, "foreign offers")
     before = client.cpu_ms()

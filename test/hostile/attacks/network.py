@@ -1,7 +1,10 @@
 """What networks do to datagrams without meaning any harm."""
 import socket
 import struct
+import subprocess
+import time
 
+import flows
 from attacker import CAR, pace
 from lab import ADDRESS, ATTACKERS
 from scenario import scenario
@@ -27,6 +30,21 @@ def send_twice():
 def duplicated(world):
     world.honest("clouds_in", "clouds_out", "clouds_out_tcp", "events_in")
     world.beside(send_twice, host="honest")
+
+
+def switch_off():
+    subprocess.run(["ip", "link", "set", "eth0", "down"], check=True)
+    time.sleep(600)
+
+
+@scenario("dds-host-off", 3, "a host with reliable DDS readers is switched off")
+def dds_host_off(world):
+    for setting in "base_reachable_time_ms=2000", "delay_first_probe_time=1":
+        world.lab.set_network("car", f"ipv4.neigh.eth0.{setting}")
+    world.honest("clouds_in", "events_in", "events_out", interface=ADDRESS["car"], dds_at="bystander")
+    gone = world.end("second", "gone", "dds", "80,all", "clouds_in=read:/clouds_in:cloud", "events_in=read:/events_in:cloud")
+    world.wait(lambda: flows.read(gone.out)[0]["clouds_in"].received, "the other reader gets nothing")
+    world.beside(switch_off, host="second")
 
 
 def checksum(data):

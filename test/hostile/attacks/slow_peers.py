@@ -25,12 +25,12 @@ def subscribe_over_tcp(bytes_a_second):
             connection.recv(bytes_a_second // 10)
 
 
-def subscribe_over_udp(told):
+def subscribe_over_udp(told, service=0x4001):
     attacker = Attacker()
     sink = open_udp(attacker.address)
     options = endpoint(*sink.getsockname()) + configuration(f"trestle.rcvbuf={told}")
     for _ in pace(1):
-        attacker.subscribe(0x4001, options, number=2)
+        attacker.subscribe(service, options, number=2)
 
 
 @scenario("tcp-reads-20kB", 2, "a TCP subscriber that reads 20 kB/s")
@@ -51,15 +51,21 @@ def udp_takes_a_byte(world):
     world.beside(subscribe_over_udp, 1, newcomer=NEW_UDP)
 
 
+@scenario("group-takes-1-byte", 2, "the same, of a multicast eventgroup: all that goes to the group is slowed down")
+def group_takes_a_byte(world):
+    world.honest("clouds_out_group", "events_out")
+    world.beside(subscribe_over_udp, 1, 0x4021, newcomer="new=listen:0x4021:1:udp:45021")
+
+
 def subscribe_silent(rate, services, pretend):
     """From or for addresses that nobody has: no answer to ARP ever comes."""
     attacker = Attacker()
     for i in pace(rate):
         silent = SILENT[i % len(SILENT)]
-        for service in services:
+        for session, service in enumerate(services, 1):
             entry, option = subscribe_entry(service, ttl=0xFFFFFF), endpoint(silent, 5000 + i % 100)
             if pretend:
-                attacker.say_as(silent, entry, option)
+                attacker.say_as(silent, entry, option, session=session)
             else:
                 attacker.say(entry, option)
 

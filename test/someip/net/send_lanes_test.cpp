@@ -293,6 +293,50 @@ TEST_F(SendLanesTest, MakeTheOldestOfAnEventGiveWayToANewOneByItsRule) {
   EXPECT_EQ(&lane(receiver(1)).queue.back(), second);
 }
 
+// Somebody subscribes in the name of hosts that are not there: their old clouds would fill the memory.
+TEST_F(SendLanesTest, KeepOneLargeMessageOfAnEventForAHostThatIsNotThere) {
+  const Header of_event = header(0x1234, 0x8001);
+  const std::vector<std::byte> large(max_plain_payload_bytes + 1);
+  const auto put = [&](const std::vector<std::byte>& payload) {
+    PendingMessage* const place = add(receiver(1), payload);
+    place->header = of_event;
+    return place;
+  };
+  lanes.await_host(receiver(1), {});
+  put(test::hex("01"));
+  put(large)->begun = true;  // by the datagram that asks for the host
+  const WaitRule rule{.most = 10};
+  const Room oldest = lanes.make_room(receiver(1), of_event, {.most = 10, .keep_oldest = true});
+  EXPECT_FALSE(oldest.granted);
+  EXPECT_EQ(oldest.dropped, 1U);
+  EXPECT_EQ(lanes.make_room(receiver(1), header(0x1234, 0x8002), rule).dropped, 0U) << "another event";
+  const Room room = lanes.make_room(receiver(1), of_event, rule);
+  EXPECT_TRUE(room.granted);
+  EXPECT_EQ(room.dropped, 1U);
+  lanes.let_go();
+  ASSERT_EQ(lane(receiver(1)).queue.size(), 1U) << "small ones wait by the rule";
+  put(large)->lent = true;
+  EXPECT_EQ(lanes.make_room(receiver(1), of_event, rule).dropped, 0U) << "the caller's memory is being sent";
+
+  lane(receiver(1)).host.reset();  // it has answered
+  put(large);
+  EXPECT_EQ(lanes.make_room(receiver(1), of_event, rule).dropped, 0U);
+}
+
+TEST_F(SendLanesTest, GiveNoPlaceOfOthersToHostsThatAreNotThere) {
+  const std::vector<std::byte> half(std::size_t{500} << 10U);
+  const Endpoint silent{IpAddress::v4(10, 0, 0, 3), 1};
+  lanes.await_host(silent, {});
+  ASSERT_NE(add(silent, half), nullptr);
+  lane(silent).queue.front().begun = true;
+  ASSERT_NE(add(receiver(2), half), nullptr);
+  ASSERT_NE(add(receiver(2), half), nullptr) << "that of the silent host has given way, which has less";
+  EXPECT_EQ(lanes.gave_way(), 1U);
+  lanes.let_go();
+  EXPECT_TRUE(lane(silent).queue.empty());
+  EXPECT_EQ(add(silent, half), nullptr);
+}
+
 // Answers, say, of which somebody takes none.
 TEST_F(SendLanesTest, LookThroughNoMoreMessagesThanIsQuick) {
   const Header of_event = header(0x1234, 0x8001);
