@@ -453,7 +453,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
 
   void part(const Endpoint& to) {
     if (SendLane* const lane = lanes.awaiting(to)) {
-      counters.refused += lanes.give_up(*lane);
+      give_up(*lane);
       let_go();
     }
   }
@@ -564,7 +564,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         return true;
       }
       gone.push_back(lane.to);
-      counters.refused += lanes.give_up(lane);
+      give_up(lane);
       return true;
     }
     if (never_asked && !host.probe && !host.probed && now - host.since >= time_to_ask) {
@@ -573,6 +573,15 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
     host.pause = std::min(2 * host.pause, longest_look);
     host.next_look = now + host.pause;
     return false;
+  }
+
+  // Drops all that waits there. Of a message that is just being sent nobody needs a copy any more.
+  void give_up(SendLane& lane) {
+    if (lent != nullptr &&
+        std::ranges::any_of(lane.queue, [&](const PendingMessage& one) { return &one == lent; })) {
+      lent = nullptr;
+    }
+    counters.refused += lanes.give_up(lane);
   }
 
   void tell_who_is_gone() {

@@ -1,6 +1,8 @@
 // A link whose hosts answer to ARP when a test says so.
 #include <gmock/gmock.h>
 
+#include <thread>
+
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/someip/net/message_sender_fixture.hpp"
@@ -125,6 +127,30 @@ TEST_F(MessageSenderTest, SendsNothingToAHostThatTheSystemHasForgotten) {
   }
   EXPECT_TRUE(gone);
   EXPECT_EQ(sender.counters().datagrams, 0U);
+}
+
+// Nobody looks at it in time, as where the machine stalls: what is just being sent is given up with all else.
+// It is more than there are places that are kept for other messages.
+TEST_F(MessageSenderTest, GivesUpAHostAsItIsSentMore) {
+  std::vector<Endpoint> gone;
+  sender.watch_link({.answer_of = [](const IpAddress&) { return Neighbours::Answer::awaited; },
+                     .unreachable = [&](const Endpoint& one) { gone.push_back(one); }});
+  sender.meet(receiver.local());
+  const std::vector<std::byte> payload = numbers(100);
+  const ByteView view{payload};
+  constexpr std::uint64_t waiting = 500;
+  for (std::uint64_t i = 0; i < waiting; ++i) {
+    ASSERT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  }
+  EXPECT_EQ(sender.counters().datagrams, 0U);
+  std::this_thread::sleep_for(MessageSender::patience);
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1}));
+  EXPECT_EQ(gone, std::vector{receiver.local()});
+  EXPECT_EQ(sender.counters().refused, waiting + 1);
+  EXPECT_TRUE(sender.idle());
+  EXPECT_TRUE(sender.send(receiver.local(), event, {&view, 1})) << "as to anybody else";
+  await_datagrams(1);
+  EXPECT_EQ(arrival(0).payload.size(), payload.size());
 }
 
 // Hosts that have asked for something, or in whose name somebody did.
