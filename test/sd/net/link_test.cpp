@@ -82,7 +82,10 @@ class LinkTest : public test::TwoNodes {
     using Clock = std::chrono::steady_clock;
     constexpr Clock::duration step = 5ms;
     // As run_until(): a stall of the machine does not count.
-    for (Clock::duration left = limit; left > 0s && !condition();) {
+    for (Clock::duration left = limit; left > 0s;) {
+      if (condition()) {
+        return true;
+      }
       const Clock::time_point before = Clock::now();
       io.run_one_for(1ms);
       at_peer([&] { peer_io.poll(); });

@@ -91,7 +91,10 @@ class NodeTest : public ::testing::Test {
     using Clock = std::chrono::steady_clock;
     constexpr Clock::duration step = 5ms;
     // Time in which the machine stalls does not count: what came meanwhile is still to be worked off.
-    for (Clock::duration left = limit; left > 0s && !condition();) {
+    for (Clock::duration left = limit; left > 0s;) {
+      if (condition()) {
+        return true;
+      }
       const Clock::time_point before = Clock::now();
       io.run_one_for(std::min(left, step));
       longest_stall = std::max(longest_stall, Clock::now() - before);

@@ -33,6 +33,7 @@ using namespace std::chrono_literals;
 
 constexpr MethodId echo{0x0001};
 constexpr MethodId getter{0x0002};
+constexpr MethodId later{0x0003};
 constexpr MethodId event{0x8001};
 constexpr EventgroupId group{1};
 
@@ -42,13 +43,15 @@ class SettingsTest : public test::TwoNodes {
   static constexpr std::uint16_t tcp_port = 40241;
   static constexpr Endpoint udp_at(const IpAddress& address) { return {address, udp_port}; }
 
-  static ServiceSpec spec() {
+  ServiceSpec spec() {
     return {.service = ServiceId{0x1234},
             .instance = InstanceId{1},
             .udp_port = udp_port,
             .tcp_port = tcp_port,
             .methods = {{echo, [](const Message& request,
-                                  Responder responder) { responder.respond(request.payload); }}},
+                                  Responder responder) { responder.respond(request.payload); }},
+                        {later, [this](const Message&,
+                                       Responder responder) { waiting.push_back(std::move(responder)); }}},
             .fields = {{.getter = getter, .value = test::hex("07")}},
             .eventgroups = {{.id = group, .events = {event}}}};
   }
@@ -59,6 +62,13 @@ class SettingsTest : public test::TwoNodes {
     socket.bind({boost::asio::ip::make_address(someip::to_string(from)), 0});
     socket.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), port});
     return socket;
+  }
+  /// Asks for what is not answered. Who waits for an answer is not silent, however slow the machine is, and
+  /// need not go for others.
+  void ask_and_wait(tcp::socket& socket) {
+    const std::size_t before = waiting.size();
+    boost::asio::write(socket, boost::asio::buffer(test::hex("1234 0003 00000008 0001 0001 01 01 00 00")));
+    ASSERT_TRUE(run_until([&] { return waiting.size() > before; }));
   }
   /// Whether the other end closes this connection.
   bool is_closed(tcp::socket& socket, std::chrono::milliseconds limit = 60s) {
@@ -87,6 +97,7 @@ class SettingsTest : public test::TwoNodes {
   }
 
   std::list<tcp::socket> sockets;
+  std::vector<Responder> waiting;
 };
 
 // --- Sockets ----------------------------------------------------------------------------------------------
@@ -178,7 +189,9 @@ TEST_F(SettingsTest, LimitTheTcpClients) {
   node.offer(spec());
   tcp::socket& first = connect();
   tcp::socket& second = connect(test::client_address);
-  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  ask_and_wait(first);
+  ask_and_wait(second);
+  ASSERT_EQ(node.tcp_server_counters().open, 2U);
   EXPECT_TRUE(is_closed(connect(test::own_address(4))));
   EXPECT_EQ(node.tcp_server_counters().refused, 1U);
   EXPECT_FALSE(is_closed(first, 10ms));
@@ -192,9 +205,12 @@ TEST_F(SettingsTest, LimitTheTcpClientsOfAllPortsTogether) {
   node.offer(spec());
   tcp::socket& greedy = connect();
   tcp::socket& second = connect();
-  ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().open == 2; }));
+  ask_and_wait(greedy);
+  ask_and_wait(second);
+  ASSERT_EQ(node.tcp_server_counters().open, 2U);
   tcp::socket& other = connect(test::client_address);
   ASSERT_TRUE(run_until([&] { return node.tcp_server_counters().gave_way == 1; }));
+  ask_and_wait(other);
   EXPECT_EQ(node.tcp_server_counters().open, 2U);
   EXPECT_NE(is_closed(greedy, 10ms), is_closed(second, 10ms)) << "one of the address that has the most";
   EXPECT_TRUE(is_closed(connect(test::own_address(4)))) << "nobody has more than this one";
@@ -266,7 +282,6 @@ TEST_F(SettingsTest, EndIdleConnections) {
 TEST_F(SettingsTest, KeepConnectionsWhileAMethodHasNotAnswered) {
   NodeConfig config = quick(test::server_address);
   config.tcp_idle_timeout = 40ms;
-  std::vector<Responder> waiting;
   ServiceSpec slow = spec();
   slow.udp_port.reset();
   slow.methods = {
@@ -413,9 +428,8 @@ TEST_F(SettingsTest, SetThePaceOfConnecting) {
   busy.offer(one);
   tcp::socket place{io};
   place.connect({boost::asio::ip::make_address(someip::to_string(test::other_address)), tcp_port});
-  // Who says nothing would have to give way.
-  boost::asio::write(place, boost::asio::buffer(test::hex("1234 0001 00000008 0001 0001 01 01 00 00")));
-  ASSERT_TRUE(run_until([&] { return busy.tcp_server_counters().open == 1; }));
+  ask_and_wait(place);
+  ASSERT_EQ(busy.tcp_server_counters().open, 1U);
   client.subscribe(
       {.service = ServiceId{0x1234}, .eventgroup = group, .events = {event}, .udp = false, .tcp = true},
       collect());

@@ -228,7 +228,7 @@ TEST_F(LimitsArrive, AtAttemptsToConnect) {
                    collect());
   const std::string offer =
       "ffff8100 00000030 00000000 01010200 c0000000"
-      "00000010 01000010 12340001 01000003 00000000"
+      "00000010 01000010 12340001 01000258 00000000"
       "0000000c 00090400" +
       number(std::span{server.address.bytes}.first(4)) + "00069d33";
   EXPECT_THAT(answers_to(offer, {config.address, config.port}, 20ms), IsEmpty()) << "no connection yet";
