@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -107,9 +108,7 @@ class Tshark : public ::testing::Test {
     if (std::system("tshark --version >/dev/null 2>&1") != 0) {
       GTEST_SKIP() << "there is no tshark";
     }
-    folder_ =
-        std::filesystem::path{::testing::TempDir()} /
-        ("trestle_wireshark_" + std::string{::testing::UnitTest::GetInstance()->current_test_info()->name()});
+    folder_ = std::filesystem::path{::testing::TempDir()} / ("trestle_wireshark_" + std::to_string(getpid()));
     std::filesystem::remove_all(folder_);
   }
   void TearDown() override {

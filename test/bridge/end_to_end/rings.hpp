@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -32,6 +33,23 @@ inline std::string method(const std::string& server, int service) {
       "method: 1{}}}\n",
       server, service, server == "ros" ? fmt::format(", port: {}", 40000 + service) : "");
 }
+
+/// What may go round in a ring since this was made. A machine that stalls takes its time for it.
+class Rounds {
+ public:
+  /// Until the ring is found: so many in each second.
+  [[nodiscard]] std::uint64_t before_found(std::uint64_t in_a_second) const {
+    return in_a_second * (1 + static_cast<std::uint64_t>(seconds()));
+  }
+  /// When it has been found: 200 a second, and as a rule none.
+  [[nodiscard]] std::uint64_t after_found() const { return 10 + static_cast<std::uint64_t>(200 * seconds()); }
+
+ private:
+  [[nodiscard]] double seconds() const {
+    return std::chrono::duration<double>{std::chrono::steady_clock::now() - begin_}.count();
+  }
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
 
 /// Several bridges, and a ROS peer in the first domain.
 class Rings : public ServicesEndToEnd {

@@ -1,4 +1,5 @@
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -78,8 +79,7 @@ class InterfacesTest : public testing::Test {
     return all;
   }
 
-  const std::filesystem::path folder_ =
-      testing::TempDir() + "interfaces_test_" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  const std::filesystem::path folder_ = testing::TempDir() + "interfaces_test_" + std::to_string(getpid());
 };
 
 TEST_F(InterfacesTest, MakeARouteForEverything) {
