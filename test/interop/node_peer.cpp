@@ -252,12 +252,15 @@ int run(const std::vector<std::string>& arguments) {
   const auto address = someip::parse_address(arguments.at(0));
   const auto group = someip::parse_address(arguments.at(1));
   if (!address || !group) {
-    std::fputs("node_peer ADDRESS GROUP\n", stderr);
+    std::fputs("node_peer ADDRESS GROUP [TTL]\n", stderr);
     return 2;
   }
   boost::asio::io_context io;
   NodeConfig config{.address = *address, .multicast = *group};
   config.timing.initial_delay_max = 20ms;
+  if (arguments.size() > 2) {
+    config.timing.ttl_s = static_cast<std::uint32_t>(std::stoul(arguments[2]));
+  }
   config.unproven_answer_bytes = std::numeric_limits<std::size_t>::max();  // peers that only call
   Peer peer{io, config};
   const Commands commands{io, peer};

@@ -21,6 +21,7 @@ OURS, THEIRS = "10.77.0.1", "10.77.0.2"  # where our Node is, and this program w
 GROUP = "224.244.224.245"  # of service discovery
 SD_PORT = 30490
 DIES_WITH_US = ["setpriv", "--pdeathsig", "KILL"]
+TTL = "600"  # of our Node, in seconds: a slow machine is no reason to be gone
 
 
 def missing(what):
@@ -36,7 +37,7 @@ class Node:
 
     def __init__(self, program, address=OURS, group=GROUP, here=False):
         place = [] if here else ["nsenter", "--net=" + os.environ["TRESTLE_PEER_NAMESPACE"]]
-        self.process = subprocess.Popen([*DIES_WITH_US, *place, program, address, group], stdin=subprocess.PIPE,
+        self.process = subprocess.Popen([*DIES_WITH_US, *place, program, address, group, TTL], stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, text=True, bufsize=1)
         self.lines = []
         self.changed = threading.Condition()

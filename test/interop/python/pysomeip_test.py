@@ -21,6 +21,7 @@ async def discovery(address=peer.THEIRS):
     unicast, multicast, protocol = await sd.ServiceDiscoveryProtocol.create_endpoints(
         socket.AF_INET, address, peer.GROUP, multicast_interface=address)
     protocol.timings.INITIAL_DELAY_MAX = protocol.timings.REQUEST_RESPONSE_DELAY_MAX = 0.02
+    protocol.timings.ANNOUNCE_TTL = protocol.timings.SUBSCRIBE_TTL = 600  # a slow machine is no reason to be gone
     protocol.transports = [unicast, multicast]
     protocol.start()
     return protocol

@@ -74,7 +74,7 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         return await asyncio.to_thread(self.node.expect, pattern, seconds)
 
     async def serve(self, description):
-        server = someipy.ServerServiceInstance(self.daemon, description, peer.INSTANCE, peer.THEIRS, 30511, ttl=3,
+        server = someipy.ServerServiceInstance(self.daemon, description, peer.INSTANCE, peer.THEIRS, 30511, ttl=600,
                                                cyclic_offer_delay_ms=500)
         await server.start_offer()
         return server
