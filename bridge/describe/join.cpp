@@ -345,34 +345,40 @@ class Joining {
     return kept;
   }
 
+  /// The first one of each id. What a client calls and what it is sent are told apart by the message type: a
+  /// method and an event may share an id, as those of CommonAPI's own tests do.
+  using Taken = std::map<someip::MethodId, std::pair<std::string, Place>>;
+
+  void take(Taken& taken, const Service& service, const std::optional<someip::MethodId>& id,
+            const std::string& name, const Place& place) {
+    if (!id) {
+      return;
+    }
+    if (const auto [other, is_new] = taken.try_emplace(*id, name, place); !is_new) {
+      error(place,
+            fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, name, someip::value(*id),
+                        service.name, other->second.first, to_string(model_, other->second.second)));
+    }
+  }
+
   void members(const Service& service) {
-    std::map<someip::MethodId, std::pair<std::string, Place>> taken;
-    const auto take = [&](const std::optional<someip::MethodId>& id, const std::string& name,
-                          const Place& place) {
-      if (!id) {
-        return;
-      }
-      if (const auto [other, is_new] = taken.try_emplace(*id, name, place); !is_new) {
-        error(place,
-              fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, name, someip::value(*id),
-                          service.name, other->second.first, to_string(model_, other->second.second)));
-      }
-    };
+    Taken called;
+    Taken sent;
     for (const Method& method : service.methods) {
-      take(method.id, method.name, method.place);
+      take(called, service, method.id, method.name, method.place);
     }
     for (const Event& event : service.events) {
-      take(event.id, event.name, event.place);
+      take(sent, service, event.id, event.name, event.place);
     }
     for (const Field& field : service.fields) {
       if (field.has_getter) {
-        take(field.getter, field.name + " (getter)", field.place);
+        take(called, service, field.getter, field.name + " (getter)", field.place);
       }
       if (field.has_setter) {
-        take(field.setter, field.name + " (setter)", field.place);
+        take(called, service, field.setter, field.name + " (setter)", field.place);
       }
       if (field.has_notifier) {
-        take(field.notifier, field.name + " (notifier)", field.place);
+        take(sent, service, field.notifier, field.name + " (notifier)", field.place);
       }
     }
   }

@@ -21,6 +21,15 @@ bool is_magic_cookie(const someip::Header& header) {
   return header.service == someip::ServiceId{0xffff} && someip::value(header.method) != 0x8100;
 }
 
+/// 0 and 0xffff are no services: whoever sends them has no id yet, or means any.
+bool is_service(someip::ServiceId id) {
+  return someip::value(id) != 0 && someip::value(id) != 0xffff;
+}
+/// As of services.
+bool is_instance(someip::InstanceId id) {
+  return someip::value(id) != 0 && someip::value(id) != 0xffff;
+}
+
 }  // namespace
 
 void CaptureModel::Seen::add(const someip::Message& message, const traffic::Place& place) {
@@ -118,6 +127,10 @@ bool CaptureModel::message(const traffic::Place& place, std::size_t offset, cons
   if (is_magic_cookie(message.header)) {
     return true;
   }
+  if (!is_service(message.header.service)) {
+    ++without_service_;
+    return true;
+  }
   const auto key = std::tuple{message.header.service, message.header.method};
   if (!members_.contains(key) && members_.size() >= max_members) {
     ++passed_over_;
@@ -203,7 +216,12 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     return found->second;
   };
   // Offers, by service and instance; the last one that was seen counts.
+  std::size_t bad_offers = 0;
   for (const auto& [key, seen] : network_.services()) {
+    if (!is_service(seen.service) || !is_instance(seen.instance)) {
+      ++bad_offers;
+      continue;
+    }
     describe::Service& service = service_of(seen.service);
     service.major = seen.major;
     service.minor = seen.minor;
@@ -223,6 +241,9 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
   }
   std::set<std::pair<someip::ServiceId, someip::EventgroupId>> eventgroups;
   for (const auto& [key, seen] : network_.subscriptions()) {
+    if (!is_service(seen.service)) {
+      continue;
+    }
     describe::Service& service = service_of(seen.service);
     if (eventgroups.emplace(seen.service, seen.eventgroup).second) {
       service.eventgroups.push_back(
@@ -241,6 +262,16 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
       }
     }
   }
+  const auto left_out = [&](std::uint64_t count, const char* what) {
+    if (count > 0) {
+      reading.problems.push_back({.severity = documents::Problem::Severity::warning,
+                                  .file = file,
+                                  .mark = {},
+                                  .text = fmt::format("left out: {} {}", count, what)});
+    }
+  };
+  left_out(without_service_, "messages of service 0x0000 or 0xffff, which are no services");
+  left_out(bad_offers, "offers of a service or an instance 0x0000 or 0xffff, which are none");
   const Subscribed receivers = subscribed();
   for (const auto& [key, member] : members_) {
     const auto& [service_id, id] = key;

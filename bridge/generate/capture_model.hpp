@@ -91,6 +91,7 @@ class CaptureModel : public traffic::MessageSink {
   traffic::TpAssembly segments_{};
   std::uint64_t messages_ = 0;
   std::uint64_t passed_over_ = 0;
+  std::uint64_t without_service_ = 0;  ///< messages whose service id is none
 };
 
 /// What a model of a capture leaves open: a warning for each service with events of unknown eventgroups.

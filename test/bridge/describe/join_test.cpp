@@ -343,11 +343,22 @@ TEST(Join, TakesTwoDescriptionsThatSayTheSameForOne) {
 TEST(Join, TellsOfIdsThatAreThereTwice) {
   Model model = described();
   model.services.push_back({.name = "Window", .scope = "car", .id = someip::ServiceId{0x1234}});
-  model.services.front().methods = {{.name = "open", .id = someip::MethodId{0x8002}}};
+  model.services.front().events.push_back({.name = "bent", .id = someip::MethodId{0x8002}});
+  model.services.front().methods = {{.name = "open", .id = someip::MethodId{1}}};
+  model.services.front().fields[0].getter = someip::MethodId{1};
   const auto problems = join(model);
-  ASSERT_THAT(problems, SizeIs(2));
+  ASSERT_THAT(problems, SizeIs(3));
   EXPECT_THAT(problems[0].text, HasSubstr("service Window has the id 0x1234 of Door"));
-  EXPECT_THAT(problems[1].text, HasSubstr("Door.angle (notifier) has the id 0x8002 of Door.open"));
+  EXPECT_THAT(problems[1].text, HasSubstr("Door.angle (getter) has the id 0x0001 of Door.open"));
+  EXPECT_THAT(problems[2].text, HasSubstr("Door.angle (notifier) has the id 0x8002 of Door.bent"));
+}
+
+/// As those of CommonAPI's ti_datatypes_combined: the message type tells them apart.
+TEST(Join, LetsAMethodAndAnEventHaveOneId) {
+  Model model = described();
+  model.services.front().methods = {{.name = "open", .id = someip::MethodId{0x8002}},
+                                    {.name = "shut", .id = someip::MethodId{0x8001}}};
+  EXPECT_THAT(join(model), IsEmpty());
 }
 
 TEST(Join, RefusesTypesThatAreNestedTooDeep) {

@@ -91,6 +91,24 @@ TEST(CaptureModel, KeepsOfAMethodAndAnEventOfOneIdTheOneWithMoreMessages) {
                 "of the event; the method is left out"));
 }
 
+TEST(CaptureModel, LeavesOutWhatIsNoService) {
+  CaptureModel sink;
+  for (const std::uint16_t service : {std::uint16_t{0}, std::uint16_t{0x3000}}) {
+    someip::Message message{};
+    message.header.service = someip::ServiceId{service};
+    message.header.method = someip::MethodId{1};
+    message.header.type = someip::MessageType::request;
+    sink.message({}, 0, message);
+  }
+  const describe::Reading reading = sink.reading("a.pcap");
+  EXPECT_TRUE(reading.ok());
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  EXPECT_EQ(reading.model.services[0].name, "service_3000");
+  ASSERT_THAT(reading.problems, SizeIs(1));
+  EXPECT_THAT(to_string(reading.problems[0]),
+              HasSubstr("left out: 1 messages of service 0x0000 or 0xffff, which are no services"));
+}
+
 /// Other people's captures, which are not part of this project.
 TEST(ReadCapture, DescribesEveryCaptureThatIsThere) {
   const char* const given = std::getenv("TRESTLE_PCAPS");

@@ -327,11 +327,10 @@ void VsomeipReader::finish(std::string_view name) {
     Service& service = model_.services[service_of(one.service, node)];
     Protection* e2e = e2e_of(service, one.id);
     if (e2e == nullptr && someip::value(one.id) >= first_event_id) {
-      service.events.push_back({.name = fmt::format("event_{:04x}", someip::value(one.id)),
-                                .id = one.id,
-                                .payload = {.known = false},
-                                .place = one.place});
-      e2e = &service.events.back().e2e;
+      e2e = &add_event(service, {.name = fmt::format("event_{:04x}", someip::value(one.id)),
+                                 .id = one.id,
+                                 .place = one.place})
+                 .e2e;
     } else if (e2e == nullptr) {
       e2e = &method_of(service, one.id, {}, node).e2e;
     }
