@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bridge/describe/lower_types.hpp"
+#include "bridge/describe/refused.hpp"
 #include "bridge/describe/ros_names.hpp"
 
 namespace trestle::describe {
@@ -33,6 +34,7 @@ class Lowering {
     for (std::size_t i = 0; i < model_.services.size(); ++i) {
       service(i);
     }
+    leave_out_refused(model_, result_);
     return std::move(result_);
   }
 
@@ -111,6 +113,8 @@ class Lowering {
       name = prefix(*request, request_end);
     } else if (response) {
       name = prefix(*response, response_end);
+    } else if (!method.ros_type.empty() && method.request.values.empty() && answers.empty()) {
+      name = method.ros_type;
     } else {
       name = services_.take(name, "");
     }
@@ -173,7 +177,9 @@ class Lowering {
       return std::nullopt;
     }
     const Type& type = resolved(model_, values[0].type);
-    const bool is_bound = type.ros_name.find("/srv/") != std::string::npos && type.ros_name.ends_with(end);
+    const bool is_of_service = type.ros_name.find("/srv/") != std::string::npos ||
+                               type.ros_name.find("/action/") != std::string::npos;
+    const bool is_bound = is_of_service && type.ros_name.ends_with(end);
     const auto root = is_bound ? single_structure(values) : std::nullopt;
     return root && types_.shapes()[root->first].definition.name == type.ros_name ? root : std::nullopt;
   }

@@ -8,6 +8,7 @@
 //   sources/        loads files of any kind, .msg and .srv among them, and has each read by its reader
 //   write/          writers of FIDL, ARXML and vsomeip JSON, of route files, sheets and Wireshark profiles
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by
+//   refused.hpp     which of these a bridge would refuse
 //   raise.hpp       ROS definitions as types of a model
 //   model_source.hpp  what lower.hpp makes, for a TypeLibrary
 //   interfaces.hpp    what names mean, what ids are called, what payloads say: for tools
@@ -231,6 +232,8 @@ struct Method {
   std::optional<std::uint32_t> observed_bytes{};
   Protection e2e{};
   std::string ros_name{};  ///< as Event::ros_name
+  /// "std_srvs/srv/Empty", if it was read from a ROS service without arguments and answers: no type tells.
+  std::string ros_type{};
   Notes notes{};
   Place place{};
 };

@@ -388,6 +388,9 @@ Json ModelWriter::method(const Method& method) const {
   if (!method.ros_name.empty()) {
     json["ros_name"] = method.ros_name;
   }
+  if (!method.ros_type.empty()) {
+    json["ros_type"] = method.ros_type;
+  }
   notes(method.notes, json);
   place(method.place, json);
   return json;

@@ -8,6 +8,12 @@
 
 namespace trestle::describe {
 
+/// The messages of an interface among those of a model; nothing: the model does not have all of them.
+/// @param place  what the model was read from.
+[[nodiscard]] std::optional<messages::InterfaceMessages> messages_of(const Lowered& lowered,
+                                                                     const messages::InterfaceName& interface,
+                                                                     const std::string& place);
+
 /// Gives a TypeLibrary the types of a model.
 class ModelSource : public messages::TypeSource {
  public:

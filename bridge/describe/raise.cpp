@@ -496,6 +496,12 @@ Method raise(Model& model, const messages::ServiceTypes& types, const MessageRul
     Raising response{model, types.response, rules, lost, &types.request.root()};
     method.response.values = {response.root("response")};
   }
+  const std::string& request = types.request.root().name;
+  constexpr std::string_view end = "_Request";
+  if (method.request.values.empty() && method.response.values.empty() &&
+      request.find("/srv/") != std::string::npos && request.ends_with(end)) {
+    method.ros_type = request.substr(0, request.size() - end.size());
+  }
   return method;
 }
 

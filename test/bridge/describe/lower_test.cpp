@@ -266,6 +266,38 @@ TEST(Lower, RefusesByName) {
   has("org.test.Door.changed.missing", "without a type");
 }
 
+/// What `trestle check` would refuse is in no route file that was generated.
+TEST(Lower, LeavesOutWhatABridgeRefuses) {
+  Model model;
+  const TypeIndex odd = text(model);
+  model.at(odd).wire.length = FieldWidth::none;
+  model.at(odd).wire.fixed_bytes = 7;
+  model.at(odd).wire.encoding = someip::StringEncoding::utf16le;
+  event(model, {value(model, "name", odd)});
+  const TypeIndex nothing = structure(model, "Nothing", {});
+  std::vector<describe::Field>& fields = model.services[0].fields;
+  fields.push_back({.name = "state", .payload = {.values = {value(model, "state", nothing)}}});
+  // There is no service for a value without members; it can still be told.
+  fields.push_back({.name = "told",
+                    .payload = {.values = {value(model, "told", nothing)}},
+                    .has_getter = false,
+                    .has_setter = false});
+  model.services[0].methods.push_back(
+      {.name = "call", .request = {.values = {value(model, "name", odd)}}, .place = {.mark = {7, 3}}});
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 1U);
+  EXPECT_EQ(lowered.members[0].kind, LoweredMember::Kind::field);
+  EXPECT_EQ(lowered.members[0].member, 1U);
+  ASSERT_EQ(lowered.not_carried.size(), 3U);
+  EXPECT_EQ(lowered.not_carried[0].element, "org.test.Door.changed");
+  EXPECT_THAT(lowered.not_carried[0].what,
+              HasSubstr("name is a string of 7 bytes: in UTF-16 they must be even"));
+  EXPECT_EQ(lowered.not_carried[1].element, "org.test.Door.call");
+  EXPECT_EQ(lowered.not_carried[1].place.mark.line, 7);
+  EXPECT_EQ(lowered.not_carried[2].element, "org.test.Door.state");
+  EXPECT_THAT(lowered.not_carried[2].what, HasSubstr("has no fields, so it cannot be the value of a field"));
+}
+
 TEST(Lower, MakesServicesOfMethods) {
   Model model;
   const TypeIndex byte = number(model, Primitive::uint8);

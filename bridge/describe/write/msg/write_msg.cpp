@@ -97,6 +97,25 @@ Written write_msg(const Model& model, const Lowered& lowered) {
       from_ros.insert(type.ros_name);
     }
   }
+  // Of a service that ROS has, an empty message has no type in the model.
+  std::set<std::string, std::less<>> services_from_ros;
+  for (const std::string& name : from_ros) {
+    for (const std::string_view end : {"_Request", "_Response"}) {
+      if (name.ends_with(end)) {
+        services_from_ros.insert(name.substr(0, name.size() - end.size()));
+      }
+    }
+  }
+  for (const Service& service : model.services) {
+    for (const Method& method : service.methods) {
+      services_from_ros.insert(method.ros_type);
+    }
+  }
+  const auto is_from_ros = [&](const std::string& name) {
+    const std::size_t end = name.rfind('_');
+    return from_ros.contains(name) || (name.find("/msg/") == std::string::npos && end != std::string::npos &&
+                                       services_from_ros.contains(name.substr(0, end)));
+  };
   std::map<std::string, Package> packages;
   const auto note_needs = [](Package& package, const std::string& name,
                              const messages::MessageDefinition& message) {
@@ -107,7 +126,7 @@ Written write_msg(const Model& model, const Lowered& lowered) {
     }
   };
   for (const messages::MessageDefinition& message : lowered.definitions) {
-    if (from_ros.contains(message.name)) {
+    if (is_from_ros(message.name)) {
       continue;
     }
     const std::string name = package_of(message.name);
@@ -120,6 +139,9 @@ Written write_msg(const Model& model, const Lowered& lowered) {
     }
   }
   for (const LoweredMember& member : lowered.members) {
+    if (member.kind == LoweredMember::Kind::method && services_from_ros.contains(member.type)) {
+      continue;
+    }
     if (member.kind == LoweredMember::Kind::method) {
       const std::string name = package_of(member.type);
       packages[name].files[member.type.substr(name.size() + 1) + ".srv"] = srv_text(lowered, member.type);
