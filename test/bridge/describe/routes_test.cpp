@@ -8,8 +8,10 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+using ::testing::UnorderedElementsAre;
 
 Protection profile_4() {
   return {.profile = "4", .numbers = {{"data_id", 1}}};
@@ -58,6 +60,68 @@ TEST(RouteEntries, TellThatPartsOfAFieldWouldBeCarriedOtherwise) {
                           "here UDP"));
 }
 
+TEST(RouteEntries, TellWhatTheyDoNotHaveOfAField) {
+  Model model = lamp();
+  Field& field = model.services[0].fields[0];
+  field.eventgroups.push_back(someip::EventgroupId{6});
+  field.cycle = std::chrono::milliseconds{20};
+  field.notifier_transfer.debounce = std::chrono::milliseconds{10};
+  model.instances[0].priority = 3;
+  EXPECT_THAT(made_of(model).lost,
+              ElementsAre("Lamp.colour: all eventgroups but the first one", "Lamp.colour: its cycle",
+                          "Lamp.colour: its times of collecting several messages", "Lamp: load balancing"));
+}
+
+/// `trestle check` takes what is written: what it would refuse is listed instead.
+TEST(RouteEntries, LeaveOutWhatABridgeRefuses) {
+  Model model = lamp();
+  Service& service = model.services[0];
+  const Payload payload = service.fields[0].payload;
+  service.fields[0].e2e = {.profile = "5", .numbers = {{"data_id", 1}}};
+  service.events = {{.name = "lit",
+                     .id = someip::MethodId{0x8002},
+                     .payload = payload,
+                     .eventgroups = {someip::EventgroupId{0}, someip::EventgroupId{7}}},
+                    {.name = "any",
+                     .id = someip::MethodId{0xffff},
+                     .payload = payload,
+                     .eventgroups = {someip::EventgroupId{7}}}};
+  service.methods = {{.name = "light", .id = someip::MethodId{0x8002}, .timeout = std::chrono::hours{2}},
+                     {.name = "dim", .id = someip::MethodId{3}, .timeout = std::chrono::hours{2}}};
+  model.services.push_back({.name = "Old", .scope = "car", .id = service.id, .major = 2});
+  model.services.push_back({.name = "Any", .scope = "car", .id = someip::ServiceId{0x1235}, .major = 255});
+  for (const char* name : {"car.Old", "car.Any"}) {
+    model.instances.push_back({.service = name, .id = someip::InstanceId{1}});
+  }
+  const Made made = made_of(model);
+  EXPECT_THAT(made.lost,
+              UnorderedElementsAre(
+                  "Lamp.any: its id is none that a route can have: 0xffff",
+                  "Lamp.light: its id is that of lit: 0x8002", "Lamp.lit: all eventgroups but the first one",
+                  "Lamp.dim: its timeout, which is not from 1 ms to 1 h",
+                  HasSubstr("Lamp.colour: its E2E protection cannot be done: "),
+                  "Old: its instance 0x0001, which Lamp has too: a route file has one version of a service",
+                  "Any: its major version 255, which means any"));
+  ASSERT_THAT(made.entries, SizeIs(2));
+  EXPECT_EQ(made.entries[0].node["eventgroup"].Scalar(), "0x0007");
+  EXPECT_FALSE(made.entries[1].node["timeout"].IsDefined());
+}
+
+TEST(RouteEntries, GiveInstancesOfOneServicePortsOfTheirOwn) {
+  Model model = lamp();
+  model.instances[0].udp_port = 30509;
+  model.instances.push_back({.service = "car.Lamp", .id = someip::InstanceId{2}, .udp_port = 30509});
+  model.instances.push_back({.service = "car.Lamp", .id = someip::InstanceId{3}, .udp_port = 30490});
+  const Made made = made_of(model, {.side = Side::server});
+  std::vector<std::string> ports;
+  for (const RouteEntry& entry : made.entries) {
+    ports.push_back(entry.node["port"].Scalar());
+  }
+  EXPECT_THAT(ports, ElementsAre("30509", "30501", "30502"));
+  EXPECT_THAT(made.lost, ElementsAre("Lamp: its port: 30509 is taken, so it is offered at 30501",
+                                     "Lamp: its port: 30490 is taken, so it is offered at 30502"));
+}
+
 TEST(RouteEntries, OfferTheMinorVersionOfTheInstance) {
   Model model = lamp();
   EXPECT_EQ(made_of(model, {.side = Side::server}).entries.at(0).node["minor"].Scalar(), "3");
@@ -89,7 +153,11 @@ TEST(RouteEntries, GiveEachMemberATopicOfItsOwn) {
   model.services[1].id = someip::ServiceId{0x1235};
   model.instances.push_back({.service = "house.hall.Lamp", .id = someip::InstanceId{1}});
   model.services[0].fields.push_back(model.services[0].fields[0]);
-  model.services[0].fields[1].name = "Colour";
+  Field& second = model.services[0].fields[1];
+  second.name = "Colour";
+  second.getter = someip::MethodId{11};
+  second.setter = someip::MethodId{12};
+  second.notifier = someip::MethodId{0x8011};
   std::vector<std::string> topics;
   for (const RouteEntry& entry : made_of(model).entries) {
     topics.push_back(entry.node["topic"].Scalar());

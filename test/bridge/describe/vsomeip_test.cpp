@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridge/describe/join.hpp"
 #include "bridge/describe/lower.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
@@ -217,6 +218,26 @@ TEST(ReadVsomeip, JoinsTheFilesOfAFolder) {
   EXPECT_EQ(reading.model.instances[1].place.file, 2);
 }
 
+/// As the two sides of one system have it: each event once, though nothing but E2E tells of it.
+TEST(ReadVsomeip, JoinsEventsOfWhichThereIsE2eAlone) {
+  const auto side = [](const char* variant) {
+    return std::string{
+               R"({"e2e": {"protected": [)"
+               R"({"service_id": "0x1234", "event_id": "0x8001", "profile": "P04", "data_id": 1, "variant": ")"} +
+           variant +
+           R"("}, {"service_id": "0x1234", "event_id": "0x0001", "profile": "P04", "data_id": 2}]}})";
+  };
+  const std::vector<SourceText> sources{{"a.json", side("protector")}, {"b.json", side("checker")}};
+  Reading reading = read_vsomeip(sources);
+  EXPECT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  EXPECT_THAT(reading.model.services[0].events, SizeIs(1));
+  EXPECT_EQ(reading.model.services[0].events[0].e2e.numbers.at("data_id"), 1U);
+  EXPECT_FALSE(reading.model.services[0].events[0].payload.known);
+  EXPECT_THAT(reading.model.services[0].methods, SizeIs(1));
+  EXPECT_THAT(join(reading.model), IsEmpty());
+}
+
 TEST(JsonTree, ReadsEscapesAndPlaces) {
   documents::Problems problems{"f"};
   const auto root =
@@ -346,11 +367,39 @@ TEST(WriteVsomeip, TellsOfVersionsRolesAndTransports) {
                   "Door 0x0007: no port: vsomeip offers it to this host alone", "Door: its version: 2.3",
                   "Door.open: that it is carried by TCP: a client takes either port",
                   "Door.open: its timeout", "Door.ring: that it has no answer",
+                  "Door.open: the method 0x0001: there is a place for its settings alone, and it has none",
+                  "Door.ring: the method 0x0002: there is a place for its settings alone, and it has none",
                   "Door.angle: which methods read and write it: getter 0x0003, setter 0x0004",
                   "Door 0x0007: configuration options"));
   // Where there is TCP alone, nothing else can be taken.
   model.instances[0].tcp_port = 30501;
   EXPECT_THAT(lines(), ::testing::Not(::testing::Contains(HasSubstr("carried by TCP"))));
+}
+
+TEST(WriteVsomeip, TellsOfNumbersThatItCannotWrite) {
+  Model model = read_one(newer).model;
+  Service& service = model.services[0];
+  service.methods[1].request_transfer.segment_bytes = 1000;
+  service.events[0].transfer.debounce = 10500us;
+  service.events[0].cycle = 200us;
+  const Written written = write_vsomeip(model);
+  std::vector<std::string> lines;
+  for (const NotCarried& one : written.not_carried) {
+    lines.push_back(one.element + ": " + one.what);
+  }
+  EXPECT_THAT(
+      lines,
+      ElementsAre("service_1234.event_8002: times in µs: 10500", "service_1234.event_8002: times in µs: 200",
+                  "service_1234.method_0002: segments of 1000 bytes: a multiple of 16, of at most "
+                  "1392, here 992"));
+  EXPECT_THAT(written.files[0].text, HasSubstr("\"max-segment-length\": \"992\""));
+  // A file of a client has no events.
+  for (Instance& instance : model.instances) {
+    instance.role = Instance::Role::required;
+  }
+  EXPECT_THAT(write_vsomeip(model).not_carried,
+              ::testing::Contains(
+                  ::testing::Field(&NotCarried::what, "an event of a service that is used and not offered")));
 }
 
 TEST(ReadVsomeip, DoesNotTakeUnknownPayloadsForEmptyOnes) {

@@ -254,6 +254,16 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
 void Writer::write_transfer(Xml& xml, const Transfer& transfer, const std::string& element,
                             const Place& place) {
   xml.leaf("TRANSPORT-PROTOCOL", transfer.transport == Transport::tcp ? "TCP" : "UDP");
+  if (transfer.segment_bytes % 16 != 0) {
+    lost(element,
+         "segments of " + number(transfer.segment_bytes) + " bytes: readers make it a multiple of 16, " +
+             number(transfer.segment_bytes / 16 * 16),
+         place);
+  }
+  collecting_times(transfer, element, place);
+}
+
+void Writer::collecting_times(const Transfer& transfer, const std::string& element, const Place& place) {
   // CommonAPI's times where nobody wrote others: nothing that somebody would miss.
   constexpr std::chrono::milliseconds usual_retention{5};
   if (transfer.debounce.count() != 0 ||
@@ -400,6 +410,32 @@ void Writer::write_deployment(const Service& service, const std::string& service
       xml.leaf(std::string{"SEPARATION-TIME"} + suffix, seconds(what.separation));
     }
   };
+  const auto has_event_bit = [&](const std::string& element, const std::optional<someip::MethodId>& id,
+                                 const Place& place) {
+    if (id && someip::value(*id) < 0x8000) {
+      lost(element, "that its id has no bit 15: readers set it", place);
+    }
+  };
+  // Ids of events as readers have them: those that have bit 15 already stay as they are.
+  std::set<someip::MethodId> sent;
+  const auto note = [&sent](const std::optional<someip::MethodId>& id) {
+    if (id && someip::value(*id) >= 0x8000) {
+      sent.insert(*id);
+    }
+  };
+  for (const Event& event : service.events) {
+    note(event.id);
+  }
+  for (const Field& field : service.fields) {
+    note(field.notifier);
+  }
+  const auto is_free = [&](const std::string& element, someip::MethodId id, const Place& place) {
+    if (someip::value(id) >= 0x8000 || sent.insert(someip::MethodId(someip::value(id) | 0x8000U)).second) {
+      return true;
+    }
+    lost(element, "its id, which with bit 15 is that of another one: " + number(someip::value(id)), place);
+    return false;
+  };
   Xml events;
   for (const Event& event : service.events) {
     const std::string& short_one = names.at("event " + event.name);
@@ -408,7 +444,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     events.leaf("SHORT-NAME", short_one);
     events.reference(is_trigger ? "TRIGGER-REF" : "EVENT-REF",
                      is_trigger ? "TRIGGER" : "VARIABLE-DATA-PROTOTYPE", service_path + "/" + short_one);
-    if (event.id) {
+    if (event.id && is_free(service.name + "." + event.name, *event.id, event.place)) {
       events.leaf("EVENT-ID", number(someip::value(*event.id)));
     }
     transfer(events, event.transfer, "");
@@ -418,9 +454,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     for (const someip::EventgroupId group : event.eventgroups) {
       groups[group].push_back(path + "/" + short_one);
     }
-    if (event.id && someip::value(*event.id) < 0x8000) {
-      lost(service.name + "." + event.name, "that its id has no bit 15: readers set it", event.place);
-    }
+    has_event_bit(service.name + "." + event.name, event.id, event.place);
   }
   Xml methods;
   for (const Method& method : service.methods) {
@@ -436,6 +470,15 @@ void Writer::write_deployment(const Service& service, const std::string& service
     separation(methods, method.request_transfer, "-REQUEST");
     separation(methods, method.response_transfer, "-RESPONSE");
     write_transfer(methods, method.request_transfer, service.name + "." + method.name, method.place);
+    if (method.response_transfer.debounce != method.request_transfer.debounce ||
+        method.response_transfer.retention != method.request_transfer.retention) {
+      collecting_times(method.response_transfer, service.name + "." + method.name + " (answer)",
+                       method.place);
+    }
+    if (!method.fire_and_forget && method.response_transfer.transport != method.request_transfer.transport) {
+      lost(service.name + "." + method.name, "that its response has another transport than its request",
+           method.place);
+    }
     methods.close();
   }
   Xml fields;
@@ -457,7 +500,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
       fields.open(tag);
       fields.leaf("SHORT-NAME", part_name);
       const bool is_event = suffix[0] == '\0';
-      if (is_event && id) {
+      if (is_event && id && is_free(service.name + "." + field.name, *id, field.place)) {
         fields.leaf("EVENT-ID", number(someip::value(*id)));
       }
       transfer(fields, what, suffix);
@@ -470,6 +513,9 @@ void Writer::write_deployment(const Service& service, const std::string& service
     };
     part("GET", "get", field.has_getter, field.getter, field.getter_transfer, "-RESPONSE");
     part("NOTIFIER", "notify", field.has_notifier, field.notifier, field.notifier_transfer, "");
+    if (field.has_notifier) {
+      has_event_bit(service.name + "." + field.name, field.notifier, field.place);
+    }
     part("SET", "set", field.has_setter, field.setter, field.setter_transfer, "-REQUEST");
     fields.close();
     if (field.has_notifier) {

@@ -126,6 +126,7 @@ class Writer {
   void write_method(Xml& xml, const Service& service, const Method& method, const std::string& service_path,
                     const std::string& name);
   void write_transfer(Xml& xml, const Transfer& transfer, const std::string& element, const Place& place);
+  void collecting_times(const Transfer& transfer, const std::string& element, const Place& place);
   void write_application_error(const std::string& path);
   void check_payload(const std::string& element, const Payload& payload, Place place);
 

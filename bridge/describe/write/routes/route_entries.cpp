@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <iterator>
+#include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -12,6 +15,7 @@
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/wire_yaml.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -23,9 +27,23 @@ constexpr const char* no_id = "it has no id";
 constexpr const char* no_eventgroup = "it has no eventgroup";
 constexpr const char* no_form = "its type has no form in ROS 2";
 
+constexpr std::uint32_t any_minor = 0xffff'ffff;
+
 template <typename Id>
 std::string hex(Id id) {
   return fmt::format("0x{:04x}", someip::value(id));
+}
+
+/// Neither "none" nor "any".
+template <typename Id>
+bool is_usual(Id id) {
+  return someip::value(id) != 0 && someip::value(id) != 0xffff;
+}
+
+/// The one that a route has: the first that it can have.
+std::optional<someip::EventgroupId> eventgroup_of(const std::vector<someip::EventgroupId>& all) {
+  const auto found = std::ranges::find_if(all, is_usual<someip::EventgroupId>);
+  return found == all.end() ? std::nullopt : std::optional{*found};
 }
 
 const char* to_text(Transport transport) {
@@ -47,7 +65,7 @@ class Entries {
         prefix_{all.prefix_of(service, instance)},
         fixed_prefix_{all.prefix()} {
     if (const std::size_t at = prefix_.rfind("/instance_"); at != std::string::npos) {
-      fixed_prefix_ += prefix_.substr(at + 1) + "/";
+      instance_part_ = prefix_.substr(at + 1) + "/";
     }
     const auto name = [](FreeNames& taken, const std::string& member) {
       return taken.take(ros_field_name(member), "_");
@@ -110,6 +128,7 @@ class Entries {
                 .id = field.notifier,
                 .eventgroups = field.eventgroups,
                 .transfer = field.notifier_transfer,
+                .cycle = field.cycle,
                 .e2e = field.e2e,
                 .ros_name = field.ros_name};
     alone.place = field.place;
@@ -117,24 +136,29 @@ class Entries {
   }
 
   void event(const Event& event, const LoweredMember* lowered, const std::string& name) {
-    if (!complete(event.name, event.place, lowered, event.id.has_value(), !event.eventgroups.empty())) {
+    const std::optional<someip::EventgroupId> eventgroup = eventgroup_of(event.eventgroups);
+    const std::string topic = name_of(name, event.ros_name);
+    if (!complete(event.name, event.place, lowered, event.id.has_value(), eventgroup.has_value(), topic) ||
+        !can_be_protected(event.name, event.e2e, false, event.place) ||
+        !has_free_ids(event.name, {event.id}, event.place)) {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = name_of(name, event.ros_name);
+    node["topic"] = topic;
     node["type"] = lowered->type;
     node["direction"] = side_ == Side::client ? "someip_to_dds" : "dds_to_someip";
     put_service(node);
-    node["eventgroup"] = hex(event.eventgroups.front());
+    node["eventgroup"] = hex(*eventgroup);
     node["event"] = hex(*event.id);
     put_version(node);
     put_transport(node, event.transfer.transport);
-    put_multicast(node, event.eventgroups.front(), event.transfer.transport);
+    put_multicast(node, event.name, *eventgroup, event.transfer.transport);
     put_tp(node, event.name, event.transfer, event.place);
     put_protection(node, event.e2e, false, "");
     put_wire(node, lowered->rules);
-    if (event.eventgroups.size() > 1) {
-      lacks(event.name, "all eventgroups but the first one", event.place);
+    tell_of_sending(event.name, event.eventgroups, event.cycle, event.transfer, event.place);
+    if (!event.selector.empty()) {
+      lacks(event.name, "its selector " + event.selector, event.place);
     }
     if (event.selective) {
       lacks(event.name, "selective: the event goes to all subscribers", event.place);
@@ -143,11 +167,14 @@ class Entries {
   }
 
   void method(const Method& method, const LoweredMember* lowered, const std::string& name) {
-    if (!complete(method.name, method.place, lowered, method.id.has_value(), true)) {
+    const std::string service = name_of(name, method.ros_name);
+    if (!complete(method.name, method.place, lowered, method.id.has_value(), true, service) ||
+        !can_be_protected(method.name, method.e2e, true, method.place) ||
+        !has_free_ids(method.name, {method.id}, method.place)) {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["ros_service"] = name_of(name, method.ros_name);
+    node["ros_service"] = service;
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
@@ -159,7 +186,9 @@ class Entries {
     if (method.fire_and_forget) {
       node["fire_and_forget"] = "true";
     }
-    if (method.timeout) {
+    if (method.timeout && (method.timeout->count() < 1 || *method.timeout > std::chrono::hours{1})) {
+      lacks(method.name, "its timeout, which is not from 1 ms to 1 h", method.place);
+    } else if (method.timeout) {
       node["timeout"] = documents::to_string(Duration{*method.timeout});
     }
     put_tp(node, method.name, side_ == Side::client ? method.request_transfer : method.response_transfer,
@@ -172,25 +201,38 @@ class Entries {
     if (!method.fire_and_forget && has_other_segments(method.request_transfer, method.response_transfer)) {
       lacks(method.name, "other segments of the answer than of the request", method.place);
     }
+    if (!method.selector.empty()) {
+      lacks(method.name, "its selector " + method.selector, method.place);
+    }
     push("methods", method.name, std::move(node));
   }
 
   void field(const Field& field, const LoweredMember* lowered, const std::string& name) {
     const bool has_ids = (!field.has_getter || field.getter) && (!field.has_setter || field.setter) &&
                          (!field.has_notifier || field.notifier);
-    if (!complete(field.name, field.place, lowered, has_ids,
-                  !field.has_notifier || !field.eventgroups.empty())) {
+    const std::optional<someip::EventgroupId> eventgroup = eventgroup_of(field.eventgroups);
+    const std::string topic = name_of(name, field.ros_name);
+    const std::string longest = field.has_getter || field.has_setter ? topic + "/set" : topic;
+    if (!complete(field.name, field.place, lowered, has_ids, !field.has_notifier || eventgroup, longest) ||
+        (field.has_notifier && !can_be_protected(field.name, field.e2e, false, field.place)) ||
+        (field.has_getter && !can_be_protected(field.name, field.getter_e2e, true, field.place)) ||
+        (field.has_setter && !can_be_protected(field.name, field.setter_e2e, true, field.place)) ||
+        !has_free_ids(
+            field.name,
+            {field.has_notifier ? field.notifier : std::nullopt,
+             field.has_getter ? field.getter : std::nullopt, field.has_setter ? field.setter : std::nullopt},
+            field.place)) {
       return;
     }
     YAML::Node node{YAML::NodeType::Map};
-    node["topic"] = name_of(name, field.ros_name);
+    node["topic"] = topic;
     node["type"] = lowered->type;
     node["server"] = side_ == Side::client ? "someip" : "ros";
     put_service(node);
     if (field.has_notifier) {
       node["event"] = hex(*field.notifier);
-      node["eventgroup"] = hex(field.eventgroups.front());
-      put_multicast(node, field.eventgroups.front(), field.notifier_transfer.transport);
+      node["eventgroup"] = hex(*eventgroup);
+      put_multicast(node, field.name, *eventgroup, field.notifier_transfer.transport);
     }
     if (field.has_getter) {
       node["getter"] = hex(*field.getter);
@@ -221,10 +263,19 @@ class Entries {
            : is_setter ? field.setter_transfer
                        : field.getter_transfer,
            field.place);
-    put_protection(node, field.e2e, false, "event");
-    put_protection(node, field.getter_e2e, true, "getter");
-    put_protection(node, field.setter_e2e, true, "setter");
+    if (field.has_notifier) {
+      put_protection(node, field.e2e, false, "event");
+    }
+    if (field.has_getter) {
+      put_protection(node, field.getter_e2e, true, "getter");
+    }
+    if (field.has_setter) {
+      put_protection(node, field.setter_e2e, true, "setter");
+    }
     put_wire(node, lowered->rules);
+    if (field.has_notifier) {
+      tell_of_sending(field.name, field.eventgroups, field.cycle, field.notifier_transfer, field.place);
+    }
     std::vector<const Transfer*> transfers;
     for (const auto& [there, transfer] : {std::pair{field.has_getter, &field.getter_transfer},
                                           {field.has_setter, &field.setter_transfer},
@@ -241,18 +292,79 @@ class Entries {
   }
 
   /// Whether a route can be made; tells what is missing.
+  /// @param name  its topic or ROS service.
   bool complete(const std::string& member, const Place& place, const LoweredMember* lowered, bool has_ids,
-                bool has_eventgroup) {
+                bool has_eventgroup, const std::string& name) {
     if (!has_ids || !service_.id || !instance_.id) {
       lacks(member, no_id, place);
     } else if (!has_eventgroup) {
       lacks(member, no_eventgroup, place);
     } else if (lowered == nullptr) {
       lacks(member, no_form, place);
+    } else if (!messages::is_topic_name(name) && messages::is_topic_name(fixed_prefix_ + "x")) {
+      lacks(member, fmt::format("its name is none that ROS 2 takes: {}", name), place);
     } else {
       return true;
     }
     return false;
+  }
+  /// Without its protection a member would be carried with wrong values, so then it is not.
+  bool can_be_protected(const std::string& member, const Protection& e2e, bool is_method,
+                        const Place& place) {
+    const auto settings =
+        e2e.profile.empty() ? tl::expected<E2eSettings, std::string>{} : e2e_settings(e2e, use_of(is_method));
+    if (!settings) {
+      lacks(member, fmt::format("its E2E protection cannot be done: {}", settings.error()), place);
+    }
+    return settings.has_value();
+  }
+  [[nodiscard]] E2eUse use_of(bool is_method) const {
+    const bool is_client = side_ == Side::client;
+    return is_method   ? is_client ? E2eUse::called : E2eUse::served
+           : is_client ? E2eUse::received_event
+                       : E2eUse::sent_event;
+  }
+  /// A service instance of a route file has each id once: a method and an event of one id are two.
+  bool has_free_ids(const std::string& member, std::initializer_list<std::optional<someip::MethodId>> ids,
+                    const Place& place) {
+    std::set<someip::MethodId> own;
+    for (const std::optional<someip::MethodId>& id : ids) {
+      if (!id) {
+        continue;
+      }
+      const auto other = ids_.find(*id);
+      if (other != ids_.end() || !own.insert(*id).second) {
+        lacks(member,
+              fmt::format("its id is that of {}: {}", other != ids_.end() ? other->second : member, hex(*id)),
+              place);
+        return false;
+      }
+      if (!is_usual(*id)) {
+        lacks(member, fmt::format("its id is none that a route can have: {}", hex(*id)), place);
+        return false;
+      }
+    }
+    for (const someip::MethodId id : own) {
+      ids_.emplace(id, member);
+    }
+    return true;
+  }
+  /// What routes do not have of an event or a notifier.
+  void tell_of_sending(const std::string& member, const std::vector<someip::EventgroupId>& eventgroups,
+                       const std::optional<std::chrono::microseconds>& cycle, const Transfer& transfer,
+                       const Place& place) {
+    if (eventgroups.size() > 1) {
+      lacks(member, "all eventgroups but the first one", place);
+    }
+    if (cycle) {
+      lacks(member, "its cycle", place);
+    }
+    // CommonAPI's times where nobody wrote others: nothing that somebody would miss.
+    constexpr std::chrono::milliseconds usual_retention{5};
+    if (transfer.debounce.count() != 0 ||
+        (transfer.retention.count() != 0 && transfer.retention != usual_retention)) {
+      lacks(member, "its times of collecting several messages", place);
+    }
   }
   static bool has_other_segments(const Transfer& one, const Transfer& other) {
     return one.segment_bytes != other.segment_bytes || one.separation != other.separation;
@@ -263,7 +375,15 @@ class Entries {
 
   /// "/car/door/moved", or its name in ROS, if that is fixed.
   [[nodiscard]] std::string name_of(const std::string& name, const std::string& fixed) const {
-    return fixed.empty() ? prefix_ + "/" + name : fixed_prefix_ + fixed.substr(fixed.front() == '/' ? 1 : 0);
+    if (fixed.empty()) {
+      return prefix_ + "/" + name;
+    }
+    std::string rest = fixed.substr(fixed.front() == '/' ? 1 : 0);
+    // The parts of an action stay together behind its name.
+    const std::size_t whole = std::min(rest.find("/_action/"), rest.size());
+    const std::size_t slash = rest.substr(0, whole).rfind('/');
+    rest.insert(slash == std::string::npos ? 0 : slash + 1, instance_part_);
+    return fixed_prefix_ + rest;
   }
 
   void put_service(YAML::Node& node) const {
@@ -276,10 +396,12 @@ class Entries {
       node["major"] = fmt::to_string(major);
     }
     if (side_ == Side::client) {
-      node["minor"] = instance_.minor && instance_.role == Instance::Role::required
-                          ? fmt::to_string(*instance_.minor)
-                          : std::string{"any"};
-    } else if (const std::uint32_t minor = instance_.minor.value_or(service_.minor); minor != 0) {
+      node["minor"] =
+          instance_.minor && *instance_.minor != any_minor && instance_.role == Instance::Role::required
+              ? fmt::to_string(*instance_.minor)
+              : std::string{"any"};
+    } else if (const std::uint32_t minor = instance_.minor.value_or(service_.minor);
+               minor != 0 && minor != any_minor) {
       node["minor"] = fmt::to_string(minor);
     }
   }
@@ -291,12 +413,18 @@ class Entries {
       node["port"] = fmt::to_string(port_);
     }
   }
-  void put_multicast(YAML::Node& node, someip::EventgroupId eventgroup, Transport transport) const {
+  void put_multicast(YAML::Node& node, const std::string& member, someip::EventgroupId eventgroup,
+                     Transport transport) {
     if (side_ != Side::server || transport == Transport::tcp) {
       return;
     }
     const auto found = std::ranges::find(instance_.multicast, eventgroup, &Multicast::eventgroup);
     if (found == instance_.multicast.end() || found->threshold == 0) {
+      return;
+    }
+    if (found->group.port == 0 || found->threshold > 0xffff ||
+        !documents::multicast_address().read(someip::to_string(found->group.address))) {
+      lacks(member, "its multicast group, which a route cannot have", instance_.place);
       return;
     }
     YAML::Node multicast{YAML::NodeType::Map};
@@ -334,11 +462,7 @@ class Entries {
     if (e2e.profile.empty()) {
       return;
     }
-    const bool is_client = side_ == Side::client;
-    const E2eUse use = is_method   ? is_client ? E2eUse::called : E2eUse::served
-                       : is_client ? E2eUse::received_event
-                                   : E2eUse::sent_event;
-    const YAML::Node yaml = e2e_yaml(e2e, use);
+    const YAML::Node yaml = e2e_yaml(e2e, use_of(is_method));
     if (*part == '\0') {
       node["e2e"] = yaml;
     } else {
@@ -360,9 +484,11 @@ class Entries {
   std::vector<NotCarried>& not_carried_;
   std::size_t index_;
   std::string prefix_;
-  std::string fixed_prefix_;  ///< of names that are fixed; ends in /
+  std::string fixed_prefix_;     ///< of names that are fixed; ends in /
+  std::string instance_part_{};  ///< "instance_2/" where the service has several
   FreeNames topics_{};
   FreeNames calls_{};
+  std::map<someip::MethodId, std::string> ids_{};  ///< of which member each is
   std::vector<std::string> event_names_{};
   std::vector<std::string> method_names_{};
   std::vector<std::string> field_names_{};
@@ -434,6 +560,112 @@ std::optional<RouteEntry> RouteEntries::of(const Service& service, const Instanc
   return made.empty() ? std::nullopt : std::optional{std::move(made.front())};
 }
 
+namespace {
+
+/// The instances of a route file: which it can have, and where those are that it offers.
+class Offers {
+ public:
+  Offers(const Model& model, std::uint16_t first_port) : next_port_{first_port} {
+    const auto machine =
+        std::ranges::find_if(model.machines, [](const Machine& one) { return one.sd_port.has_value(); });
+    sd_port_ = machine == model.machines.end() ? usual_sd_port : *machine->sd_port;
+  }
+
+  /// Why no route can name the instance; empty: one can, or it lacks ids, which its members tell.
+  std::string fault_of(const Service& service, const Instance& instance) {
+    constexpr std::uint16_t last_service = 0xfffd;
+    constexpr std::uint8_t any_major = 0xff;
+    if (!service.id || !instance.id) {
+      return {};
+    }
+    if (!is_usual(*service.id) || someip::value(*service.id) > last_service) {
+      return fmt::format("its id is none that a route can have: {}", hex(*service.id));
+    }
+    if (!is_usual(*instance.id)) {
+      return fmt::format("the id of its instance is none that a route can have: {}", hex(*instance.id));
+    }
+    if (instance.major.value_or(service.major) == any_major) {
+      return "its major version 255, which means any";
+    }
+    const auto [at, is_new] = services_.try_emplace({*service.id, *instance.id}, &service);
+    return at->second == &service
+               ? std::string{}
+               : fmt::format("its instance {}, which {} has too: {}", hex(*instance.id), at->second->name,
+                             "a route file has one version of a service");
+  }
+
+  /// The port at which the bridge is, if it is the server.
+  std::uint16_t port_of(const Service& service, const Instance& instance, Side side,
+                        std::vector<NotCarried>& not_carried) {
+    std::uint16_t port = offer_port(instance, static_cast<std::uint16_t>(next_port_));
+    next_port_ += port == next_port_ && next_port_ < 0xffff ? 1 : 0;
+    if (side == Side::client) {
+      return port;
+    }
+    if (instance.role == Instance::Role::provided && instance.tcp_port.value_or(port) != port) {
+      not_carried.push_back({service.name, "its TCP port: it is offered at the UDP port", instance.place});
+    }
+    // Messages do not name the instance: each needs a port of its own.  [feat_req_someip_445]
+    std::set<std::uint16_t>& taken = ports_[service.id.value_or(someip::ServiceId{})];
+    const std::uint16_t wanted = port;
+    constexpr std::size_t most = 60'000;  // with more there might be no port to find
+    while (taken.size() < most && (port == 0 || port == sd_port_ || taken.contains(port))) {
+      port = static_cast<std::uint16_t>(next_port_);
+      next_port_ = next_port_ < 0xffff ? next_port_ + 1 : 1;
+    }
+    taken.insert(port);
+    if (port != wanted) {
+      not_carried.push_back({service.name,
+                             fmt::format("its port: {} is taken, so it is offered at {}", wanted, port),
+                             instance.place});
+    }
+    return port;
+  }
+
+ private:
+  static constexpr std::uint16_t usual_sd_port = 30490;
+
+  std::uint16_t sd_port_ = usual_sd_port;
+  std::uint32_t next_port_;
+  std::map<std::pair<someip::ServiceId, someip::InstanceId>, const Service*> services_{};
+  std::map<someip::ServiceId, std::set<std::uint16_t>> ports_{};
+};
+
+/// Topics, and ROS services, of which each belongs to one route.
+class Names {
+ public:
+  /// Whether one with the entry's name is there already; tells so. If not, it is there now.
+  bool has(const RouteEntry& entry, const Place& place, std::vector<NotCarried>& not_carried) {
+    const bool is_method = std::string_view{entry.list} == "methods";
+    const std::string name = entry.node[is_method ? "ros_service" : "topic"].Scalar();
+    const auto [at, is_new] = (is_method ? services_ : topics_).try_emplace(name, entry.element);
+    if (!is_new) {
+      not_carried.push_back(
+          {entry.element, fmt::format("its name is that of {}: {}", at->second, name), place});
+    }
+    return !is_new;
+  }
+
+ private:
+  std::map<std::string, std::string> topics_{};
+  std::map<std::string, std::string> services_{};
+};
+
+/// What a route file does not have of an instance.
+void tell_of_instance(const Service& service, const Instance& instance,
+                      std::vector<NotCarried>& not_carried) {
+  const auto lacks = [&](bool is_there, const char* what) {
+    if (is_there) {
+      not_carried.push_back({service.name, what, instance.place});
+    }
+  };
+  lacks(instance.timing.has_value(), "its times of service discovery");
+  lacks(instance.priority || instance.weight, "load balancing");
+  lacks(!instance.configuration.empty(), "configuration options");
+}
+
+}  // namespace
+
 std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered, const RouteOptions& options,
                                       std::vector<NotCarried>& not_carried) {
   const RouteEntries entries_of{model, lowered, options};
@@ -463,7 +695,8 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     }
   };
   std::set<std::tuple<std::string, someip::InstanceId, Side>> done;
-  std::uint32_t next_port = options.first_port;
+  Offers offers{model, options.first_port};
+  Names names;
   for (const Instance& instance : model.instances) {
     const Service* service = index.service(instance.service);
     if (service == nullptr) {
@@ -480,13 +713,15 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
       not_carried.push_back({service->name, "that it is required, as it is provided, too", instance.place});
       continue;
     }
-    const std::uint16_t port = offer_port(instance, static_cast<std::uint16_t>(next_port));
-    next_port += port == next_port && next_port < 0xffff ? 1 : 0;
-    if (side == Side::server && provided && instance.tcp_port.value_or(port) != port) {
-      not_carried.push_back({service->name, "its TCP port: it is offered at the UDP port", instance.place});
+    if (std::string fault = offers.fault_of(*service, instance); !fault.empty()) {
+      not_carried.push_back({service->name, std::move(fault), instance.place});
+      continue;
     }
+    const std::uint16_t port = offers.port_of(*service, instance, side, not_carried);
     std::vector<NotCarried> reasons;
     std::vector<RouteEntry> entries = entries_of.of(*service, instance, side, port, reasons);
+    std::erase_if(entries, [&](const RouteEntry& one) { return names.has(one, instance.place, reasons); });
+    tell_of_instance(*service, instance, reasons);
     tell(*service, std::move(reasons));
     all.insert(all.end(), std::make_move_iterator(entries.begin()), std::make_move_iterator(entries.end()));
   }

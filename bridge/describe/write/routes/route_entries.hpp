@@ -1,6 +1,7 @@
 // bridge/describe/write/routes: route files for `trestle bridge`.
 //
 //   route_entries.hpp  what one member of a service is in a route file, as YAML
+//   action_entries.hpp  the parts of an action as one entry
 //   write_routes.hpp   a whole file
 //
 // A bridge that is given descriptions in place of a file takes the same entries: what is written and what is
@@ -40,7 +41,7 @@ struct RouteOptions {
 
 /// An entry of a route file.
 struct RouteEntry {
-  std::string list;               ///< where it belongs: "routes", "methods", "fields"
+  std::string list;               ///< where it belongs: "routes", "methods", "fields", "actions"
   std::string element;            ///< "Door.moved"
   std::string member;             ///< "moved"
   std::string service;            ///< full name: "car.Door"

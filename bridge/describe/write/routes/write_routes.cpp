@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 
+#include "bridge/describe/write/routes/action_entries.hpp"
+#include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -35,11 +38,34 @@ void emit(YAML::Emitter& out, const YAML::Node& node, bool flow) {
   }
 }
 
+/// "[a, b]", in one line however long it is.
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) {
+    YAML::Emitter out;
+    out << YAML::Flow << YAML::BeginSeq << name << YAML::EndSeq;  // quoted as within a list
+    const std::string_view one{out.c_str(), out.size()};
+    list += fmt::format("{}{}", list.empty() ? "" : ", ", one.substr(1, one.size() - 2));
+  }
+  return fmt::format("[{}]", list);
+}
+
 }  // namespace
 
 Written write_routes(const Model& model, const Lowered& lowered, const RouteFileOptions& options) {
   Written written;
-  const std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
+  std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
+  join_actions(entries, written.not_carried);
+  std::map<std::string, std::size_t> counts;
+  std::erase_if(entries, [&](const RouteEntry& entry) {
+    const bool is_too_much = ++counts[entry.list] > max_written_routes;
+    if (is_too_much) {
+      written.not_carried.push_back(
+          {entry.element,
+           fmt::format("more than {} {}, which a bridge does not take", max_written_routes, entry.list)});
+    }
+    return is_too_much;
+  });
   for (const Service& service : model.services) {
     const bool is_used = std::ranges::any_of(model.instances, [&](const Instance& instance) {
       const bool is_theirs = instance.role == Instance::Role::provided && !service.from_ros;
@@ -58,20 +84,25 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
     text += (i == 0 ? " of " : ", ") + documents::printable(model.files[i]);
   }
   text += ".\nsomeip:\n";
-  if (options.address) {
-    text += fmt::format("  address: {}\n", someip::to_string(*options.address));
-  } else {
-    text += "  address: 127.0.0.1  # put the address of this machine here\n";
-  }
   std::optional<IpAddress> multicast = options.multicast;
   std::optional<std::uint16_t> port;
   for (const Machine& machine : model.machines) {
-    if (!multicast) {
+    if (!multicast && machine.sd_multicast &&
+        !documents::multicast_address().read(someip::to_string(*machine.sd_multicast))) {
+      written.not_carried.push_back(
+          {machine.name, "its address of service discovery, which is no group", machine.place});
+    } else if (!multicast) {
       multicast = machine.sd_multicast;
     }
     if (!port) {
       port = machine.sd_port;
     }
+  }
+  if (options.address) {
+    text += fmt::format("  address: {}\n", someip::to_string(*options.address));
+  } else {
+    text += fmt::format("  address: {}  # put the address of this machine here\n",
+                        multicast && multicast->v6 ? "'::1'" : "127.0.0.1");
   }
   if (multicast || (port && *port != 30490)) {
     text += "  sd: {";
@@ -85,14 +116,12 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   }
   text += "dds:\n  domain: 0\n";
   if (!options.type_paths.empty()) {
-    text += fmt::format("types:\n  paths: [{}]\n", options.type_paths);
+    text += fmt::format("types:\n  paths: {}\n", list_of(options.type_paths));
   }
   if (!options.interfaces.empty()) {
-    YAML::Emitter out;
-    out << YAML::Flow << options.interfaces;
-    text += fmt::format("interfaces: {}  # for their types\n", out.c_str());
+    text += fmt::format("interfaces: {}  # for their types\n", list_of(options.interfaces));
   }
-  for (const char* list : {"routes", "methods", "fields"}) {
+  for (const char* list : {"routes", "methods", "fields", "actions"}) {
     if (std::ranges::find(entries, list, &RouteEntry::list) == entries.end()) {
       continue;
     }

@@ -14,10 +14,13 @@ struct RouteFileOptions {
   std::optional<IpAddress> address{};
   /// Of service discovery; nothing: that of the model, else the default.
   std::optional<IpAddress> multicast{};
-  std::string type_paths{};  ///< folder with the `.msg` packages, as the file shall name it; empty: none
-  /// Descriptions that define the types, as the file shall name them: where there are no `.msg` packages.
+  std::vector<std::string> type_paths{};  ///< folders with `.msg` packages, as the file shall name them
+  /// Descriptions that define types, as the file shall name them: those that are in none of these folders.
   std::vector<std::string> interfaces{};
 };
+
+/// Routes, methods and fields that a bridge takes, of each.
+inline constexpr std::size_t max_written_routes = 1000;
 
 /// A route file, "bridge.yaml", with a route for each event, method and field of each instance. No file where
 /// there is none: a bridge refuses one without routes.

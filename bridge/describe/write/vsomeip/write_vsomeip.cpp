@@ -30,6 +30,12 @@ std::string id_text(Id id) {
   return fmt::format("0x{:04x}", someip::value(id));
 }
 
+/// An id that vsomeip takes: neither "none" nor "any".
+template <typename Id>
+bool is_usual(const std::optional<Id>& id) {
+  return id && someip::value(*id) != 0 && someip::value(*id) != 0xffff;
+}
+
 /// vsomeip takes a whole multiple of 16 up to this, the default.
 constexpr std::uint32_t usual_segment_bytes = 1392;
 
@@ -43,7 +49,7 @@ class VsomeipWriter {
     Json clients = Json::array();
     for (const Instance& instance : model_.instances) {
       const Service* service = service_of(instance);
-      if (!instance.id || !id_of(instance, service)) {
+      if (!is_usual(instance.id) || !is_usual(id_of(instance, service))) {
         lost(label_of(instance), "an instance without ids: vsomeip needs a service id and an instance id",
              instance.place);
         continue;
@@ -177,12 +183,12 @@ class VsomeipWriter {
   [[nodiscard]] static Json events(const Service& service) {
     Json list = Json::array();
     for (const Event& one : service.events) {
-      if (one.id) {
+      if (is_usual(one.id)) {
         list.push_back(event(*one.id, false, one.transfer, one.cycle));
       }
     }
     for (const Field& one : service.fields) {
-      if (one.has_notifier && one.notifier) {
+      if (one.has_notifier && is_usual(one.notifier)) {
         list.push_back(event(*one.notifier, true, one.notifier_transfer, one.cycle));
       }
     }
@@ -192,7 +198,7 @@ class VsomeipWriter {
   [[nodiscard]] static Json eventgroups(const Service& service, const Instance& instance) {
     std::map<someip::EventgroupId, std::vector<std::string>> members;
     const auto add = [&](const auto& one, const std::optional<someip::MethodId>& id) {
-      if (id) {
+      if (is_usual(id)) {
         for (const someip::EventgroupId group : std::set(one.eventgroups.begin(), one.eventgroups.end())) {
           members[group].push_back(id_text(*id));
         }
@@ -206,6 +212,9 @@ class VsomeipWriter {
     }
     Json list = Json::array();
     for (const Eventgroup& group : service.eventgroups) {
+      if (!is_usual(std::optional{group.id})) {
+        continue;
+      }
       Json json{{"eventgroup", id_text(group.id)}};
       const auto there = members.find(group.id);
       json["events"] = there == members.end() ? Json::array() : Json(there->second);
@@ -222,12 +231,18 @@ class VsomeipWriter {
   }
 
   /// A method or event with its segments; the short form where all is as usual.
+  static bool has_segments(const Transfer& transfer) {
+    return transfer.segment_bytes != 0 || transfer.separation.count() != 0;
+  }
+  static std::uint32_t segment_bytes_of(const Transfer& transfer) {
+    return transfer.segment_bytes < 16 ? usual_segment_bytes
+                                       : std::min(transfer.segment_bytes, usual_segment_bytes) / 16 * 16;
+  }
   static void segments(const std::optional<someip::MethodId>& id, const Transfer& transfer, Json& list) {
-    if (!id || (transfer.segment_bytes == 0 && transfer.separation.count() == 0)) {
+    if (!is_usual(id) || !has_segments(transfer)) {
       return;
     }
-    const std::uint32_t bytes =
-        transfer.segment_bytes == 0 ? usual_segment_bytes : transfer.segment_bytes / 16 * 16;
+    const std::uint32_t bytes = segment_bytes_of(transfer);
     if (bytes == usual_segment_bytes && transfer.separation.count() == 0) {
       list.push_back(id_text(*id));
       return;
@@ -266,7 +281,7 @@ class VsomeipWriter {
   class Times {
    public:
     void add(const std::optional<someip::MethodId>& id, const Transfer& transfer) {
-      if (id && (transfer.debounce.count() != 0 || transfer.retention.count() != 0) &&
+      if (is_usual(id) && (transfer.debounce.count() != 0 || transfer.retention.count() != 0) &&
           known_.insert(*id).second) {
         all_.emplace_back(
             id_text(*id),
@@ -312,7 +327,7 @@ class VsomeipWriter {
     Json list = Json::array();
     for (const Instance& instance : model_.instances) {
       const Service* service = service_of(instance);
-      if (service == nullptr || !instance.id || !service->id) {
+      if (service == nullptr || !is_usual(instance.id) || !is_usual(service->id)) {
         continue;
       }
       if (Json tp = tp_of(*service); !tp.empty()) {
@@ -335,7 +350,7 @@ class VsomeipWriter {
     Json list = Json::array();
     for (const Service& service : model_.services) {
       const auto add = [&](const std::optional<someip::MethodId>& id, const Protection& e2e, bool is_method) {
-        if (!service.id || !id || !profile_name(e2e)) {
+        if (!is_usual(service.id) || !is_usual(id) || !profile_name(e2e)) {
           return;
         }
         for (const bool sends : {true, false}) {
@@ -421,6 +436,41 @@ class VsomeipWriter {
       }
     }
   }
+  /// Whether the file has the events and times of a service: those that it offers have them.
+  [[nodiscard]] bool is_offered(const Service& service) const {
+    return std::ranges::any_of(instances_.of(service), [](const Instance* one) {
+      return one->id && one->role == Instance::Role::provided;
+    });
+  }
+  static bool has_times(const Transfer& transfer) {
+    return transfer.debounce.count() != 0 || transfer.retention.count() != 0;
+  }
+  /// A method is in the file where something is set for it.
+  static bool has_settings(const Method& method, bool is_offered) {
+    const auto is_set = [&](const Transfer& transfer) {
+      return has_segments(transfer) || (is_offered && has_times(transfer));
+    };
+    return (!method.e2e.profile.empty() && profile_name(method.e2e) != nullptr) ||
+           is_set(method.request_transfer) || is_set(method.response_transfer);
+  }
+  /// What of segments and times such a file has no number for.
+  void numbers(const std::string& element, const Transfer& transfer, const Place& place) {
+    if (has_segments(transfer) && transfer.segment_bytes != 0 &&
+        segment_bytes_of(transfer) != transfer.segment_bytes) {
+      lost(element,
+           fmt::format("segments of {} bytes: a multiple of 16, of at most {}, here {}",
+                       transfer.segment_bytes, usual_segment_bytes, segment_bytes_of(transfer)),
+           place);
+    }
+    whole_milliseconds(element, transfer.debounce, place);
+    whole_milliseconds(element, transfer.retention, place);
+  }
+  void whole_milliseconds(const std::string& element, std::chrono::microseconds time, const Place& place) {
+    if (time != duration_cast<milliseconds>(time)) {
+      lost(element, fmt::format("times in µs: {}", time.count()), place);
+    }
+  }
+
   /// Whether a client can choose UDP for a method.
   [[nodiscard]] bool has_udp(const Service& service) const {
     const std::vector<const Instance*> all = instances_.of(service);
@@ -439,15 +489,31 @@ class VsomeipWriter {
         lost(name, "a service without instance", service.place);
       }
       version(service, name);
+      for (const Eventgroup& group : service.eventgroups) {
+        if (!is_usual(std::optional{group.id})) {
+          lost(name, "an eventgroup without id: " + group.name, group.place);
+        }
+      }
       const auto protection = [&](const std::string& member, const Protection& e2e, const Place& place) {
         if (!e2e.profile.empty() && profile_name(e2e) == nullptr) {
           lost(name + "." + member, "E2E profile " + e2e.profile, place);
         }
       };
       const auto e2e = [&](const auto& one) { protection(one.name, one.e2e, one.place); };
+      // One without any instance is told of as a whole.
+      const bool offered = is_offered(service) || instances_.of(service).empty();
+      const auto event = [&](const auto& one, const Transfer& transfer) {
+        const std::string element = name + "." + one.name;
+        if (!offered) {
+          lost(element, "an event of a service that is used and not offered", one.place);
+        }
+        numbers(element, transfer, one.place);
+        whole_milliseconds(element, one.cycle.value_or(std::chrono::microseconds{0}), one.place);
+      };
       for (const Event& one : service.events) {
         e2e(one);
-        if (!one.id) {
+        event(one, one.transfer);
+        if (!is_usual(one.id)) {
           lost(name + "." + one.name, "an event without id", one.place);
         }
         if (one.eventgroups.empty()) {
@@ -466,6 +532,16 @@ class VsomeipWriter {
       for (const Method& one : service.methods) {
         e2e(one);
         transport(name + "." + one.name, one.request_transfer, one.place);
+        numbers(name + "." + one.name, one.request_transfer, one.place);
+        numbers(name + "." + one.name, one.response_transfer, one.place);
+        if (!is_usual(one.id)) {
+          lost(name + "." + one.name, "a method without id", one.place);
+        } else if (!has_settings(one, offered)) {
+          lost(name + "." + one.name,
+               fmt::format("the method {}: there is a place for its settings alone, and it has none",
+                           id_text(*one.id)),
+               one.place);
+        }
         if (one.fire_and_forget) {
           lost(name + "." + one.name, "that it has no answer", one.place);
         }
@@ -475,6 +551,18 @@ class VsomeipWriter {
       }
       for (const Field& one : service.fields) {
         e2e(one);
+        if (one.has_notifier) {
+          if (!is_usual(one.notifier)) {
+            lost(name + "." + one.name, "an event without id", one.place);
+          }
+          event(one, one.notifier_transfer);
+        }
+        if (one.has_getter) {
+          numbers(name + "." + one.name + ".get", one.getter_transfer, one.place);
+        }
+        if (one.has_setter) {
+          numbers(name + "." + one.name + ".set", one.setter_transfer, one.place);
+        }
         if (one.has_getter || one.has_setter) {
           std::string parts;
           for (const auto& [there, part, id] :

@@ -324,6 +324,20 @@ TEST(WriteArxml, WritesVariantsThatOnlyDifferInWireRulesAsOneType) {
   EXPECT_EQ(count(file.text, "<SHORT-NAME>List"), 1U);
 }
 
+/// With bit 15, which readers set, two events would have one id: nobody could read the file.
+TEST(WriteArxml, LeavesOutIdsThatWouldBeThoseOfOthers) {
+  Model model = everything();
+  Event low = model.services[0].events[0];
+  low.name = "low";
+  low.id = someip::MethodId(someip::value(*low.id) & 0x7fffU);
+  model.services[0].events.insert(model.services[0].events.begin(), low);
+  const ArxmlFile file = write_arxml(model);
+  EXPECT_THAT(
+      file.not_carried,
+      Contains(testing::AllOf(Field(&NotCarried::element, "Door.low"),
+                              Field(&NotCarried::what, HasSubstr("with bit 15 is that of another one")))));
+}
+
 TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   Model model = everything();
   model.services[0].events[0].selective = true;
@@ -331,6 +345,8 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   model.services[0].methods[0].timeout = 1s;
   model.services[0].methods[0].request.crc_bytes = 4;
   model.services[0].events[1].cycle = 10ms;
+  model.services[0].fields[0].has_notifier = true;
+  model.services[0].fields[0].notifier = someip::MethodId{0x0123};
   model.constants = {{.name = "LIMIT", .type = TypeIndex{0}, .value = "5"}};
   const std::vector<NotCarried> lost = write_arxml(model).not_carried;
   EXPECT_THAT(lost, Contains(testing::AllOf(Field(&NotCarried::element, "Door.changed"),
@@ -340,6 +356,9 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   EXPECT_THAT(lost, Contains(Field(&NotCarried::what, HasSubstr("checksum"))));
   EXPECT_THAT(lost, Contains(Field(&NotCarried::what, HasSubstr("cycle"))));
   EXPECT_THAT(lost, Contains(Field(&NotCarried::element, "LIMIT")));
+  EXPECT_THAT(
+      lost, Contains(testing::AllOf(Field(&NotCarried::element, "Door." + model.services[0].fields[0].name),
+                                    Field(&NotCarried::what, "that its id has no bit 15: readers set it"))));
 }
 
 }  // namespace
