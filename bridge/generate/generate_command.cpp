@@ -12,6 +12,7 @@
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/join.hpp"
+#include "bridge/describe/lower.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
@@ -78,20 +79,25 @@ bool write_file(const fs::path& path, const std::string& text) {
   return true;
 }
 
-/// The sources that a route file may name, seen from the folder that it is written to.
-std::vector<std::string> interfaces_of(const GenerateArguments& arguments) {
-  std::vector<std::string> names;
-  for (const std::string& source : arguments.sources.sources) {
-    if (is_capture(source)) {
-      continue;
+/// Where a route file finds its types, seen from the folder that it is written to.
+/// @param with_types  the messages that no ROS package has are written beside it.
+void set_origins_of_types(const GenerateArguments& arguments, bool with_types,
+                          describe::RouteFileOptions& options) {
+  const auto seen_all = [&](const std::vector<std::string>& paths, std::vector<std::string>& into) {
+    for (const std::string& path : paths) {
+      std::error_code error;
+      const fs::path seen = arguments.folder.empty()
+                                ? fs::path{path}
+                                : fs::relative(path, fs::weakly_canonical(arguments.folder, error), error);
+      into.push_back(error || seen.empty() ? fs::absolute(path).string() : seen.string());
     }
-    std::error_code error;
-    const fs::path seen = arguments.folder.empty()
-                              ? fs::path{source}
-                              : fs::relative(source, fs::weakly_canonical(arguments.folder, error), error);
-    names.push_back(error || seen.empty() ? fs::absolute(source).string() : seen.string());
+  };
+  if (with_types) {
+    options.type_paths.emplace_back(".");
   }
-  return names;
+  const describe::TypeOrigins origins = arguments.sources.origins_of_types(with_types);
+  seen_all(origins.folders, options.type_paths);
+  seen_all(origins.interfaces, options.interfaces);
 }
 
 TargetOptions target_options(const GenerateArguments& arguments) {
@@ -137,6 +143,14 @@ std::string_view why_nothing(const describe::Model& model) {
              : "the sources have no service with methods, events or fields";
 }
 
+/// Whether there are types under names that the sources do not give them.
+bool has_new_types(const describe::Lowered& before, const describe::Lowered& now) {
+  return std::ranges::any_of(now.members, [&](const describe::LoweredMember& member) {
+    const bool is_method = member.kind == describe::LoweredMember::Kind::method;
+    return before.definition(is_method ? member.type + "_Request" : member.type) == nullptr;
+  });
+}
+
 int run_page(GenerateArguments& arguments) {
   const auto at = parse_page_address(arguments.listen);
   if (!at) {
@@ -150,7 +164,7 @@ int run_page(GenerateArguments& arguments) {
     return cli::exit_usage;
   }
   settings->targets = options;
-  settings->targets.routes.type_paths = ".";  // the page saves all together, as `-o` does
+  settings->targets.routes.type_paths = {"."};  // the page saves all together, as `-o` does
   arguments.sources.network.set_address(arguments.inputs.address());
   return serve_page(*at, std::move(*settings), [&] { return arguments.sources.network.config(); });
 }
@@ -166,22 +180,31 @@ int run_generate(GenerateArguments& arguments) {
   TargetOptions options = target_options(arguments);
   arguments.inputs.writes_routes = std::ranges::find(arguments.to, "routes") != arguments.to.end();
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
-  if (with_types && wanted.size() > 1) {
-    options.routes.type_paths = ".";
-  } else if (!with_types) {
-    options.routes.interfaces = interfaces_of(arguments);
-  }
+  set_origins_of_types(arguments, with_types && wanted.size() > 1, options.routes);
   const std::string lock =
       arguments.folder.empty() ? std::string{} : (fs::path{arguments.folder} / "ids.lock").string();
   if (arguments.sources.lock_file.empty()) {
     arguments.sources.lock_file = lock;
   }
-  const describe::System system =
-      arguments.sources.read([&](describe::Model& model) { return arguments.inputs.apply(model); });
+  const bool names_types_anew = arguments.inputs.writes_routes && !with_types && arguments.inputs.has_names();
+  describe::Lowered before;
+  const describe::System system = arguments.sources.read([&](describe::Model& model) {
+    if (names_types_anew) {
+      before = describe::lower(model);
+    }
+    return arguments.inputs.apply(model);
+  });
   if (!system.good) {
     return cli::exit_usage;
   }
   const cli::Colours colour = cli::colours_for(STDERR_FILENO);
+  if (names_types_anew && has_new_types(before, system.lowered)) {
+    fmt::print(stderr,
+               "{}error:{} --package, --name and similar options change the names of message types: expected "
+               "`--to routes,msg`, so that the route file finds these\n",
+               colour.red, colour.off);
+    return cli::exit_usage;
+  }
   std::vector<std::pair<const Target*, describe::Written>> results;
   for (const Target* one : wanted) {
     results.emplace_back(one, one->write(system, options));
@@ -208,7 +231,9 @@ int run_generate(GenerateArguments& arguments) {
                  colour.yellow, one->name, colour.off, lost.element, lost.what);
     }
   }
-  arguments.sources.keep_ids();
+  if (std::ranges::any_of(results, [](const auto& one) { return !one.second.files.empty(); })) {
+    arguments.sources.keep_ids();
+  }
   int status = cli::exit_ok;
   for (const auto& [one, result] : results) {
     if (result.files.empty() && result.not_carried.empty()) {

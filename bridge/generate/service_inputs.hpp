@@ -21,6 +21,8 @@ class ServiceInputs {
 
   /// How many were given.
   [[nodiscard]] std::size_t count() const;
+  /// Whether one of them is a name that the names of types are made of.
+  [[nodiscard]] bool has_names() const noexcept { return package_ || name_ || event_ || argument_; }
   [[nodiscard]] const std::string& address() const noexcept { return address_; }
 
   /// --address is the bridge's in route files. Where they are written, an instance that has an address in the

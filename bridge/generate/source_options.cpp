@@ -244,6 +244,47 @@ std::optional<Page::Settings> SourceArguments::load() {
   return bad ? std::nullopt : std::optional{std::move(settings)};
 }
 
+describe::TypeOrigins SourceArguments::origins_of_types(bool only_of_ros) const {
+  describe::TypeOrigins origins;
+  const auto add = [](std::vector<std::string>& to, const std::string& path) {
+    if (std::ranges::find(to, path) == to.end()) {
+      to.push_back(path);
+    }
+  };
+  for (const std::string& source : sources) {
+    switch (form_of(source)) {
+      case SourceForm::file:
+        if (!only_of_ros || describe::has_ros_files(source)) {
+          add(origins.interfaces, source);
+        }
+        break;
+      case SourceForm::route_file:
+        if (readers_.types_of_route_file) {
+          const describe::TypeOrigins theirs = readers_.types_of_route_file(source);
+          for (const std::string& folder : theirs.folders) {
+            add(origins.folders, folder);
+          }
+          for (const std::string& file : theirs.interfaces) {
+            if (!only_of_ros || describe::has_ros_files(file)) {
+              add(origins.interfaces, file);
+            }
+          }
+        }
+        break;
+      case SourceForm::capture:  // has no types
+      case SourceForm::network:
+      case SourceForm::type:  // ROS 2 has these
+      case SourceForm::ros:
+      case SourceForm::topic:
+        break;
+    }
+  }
+  for (const std::string& folder : type_folders_) {
+    add(origins.folders, folder);
+  }
+  return origins;
+}
+
 void SourceArguments::keep_ids() const {
   const std::string text = to_text(lock_);
   if (lock_file.empty() || lock_.services.empty() || text == text_before_) {

@@ -9,6 +9,7 @@
 
 #include "bridge/cli/options.hpp"
 #include "bridge/describe/allocate.hpp"
+#include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/generate/page.hpp"
 #include "dds_adapter/participant.hpp"
@@ -18,6 +19,7 @@ namespace trestle::generate {
 /// How sources of other rooms are read: `bridge/program` knows both.
 struct SourceReaders {
   std::function<describe::Reading(const std::string& file)> route_file{};
+  std::function<describe::TypeOrigins(const std::string& file)> types_of_route_file{};
   /// @throws std::runtime_error when the domain cannot be joined.
   std::function<std::vector<dds::FoundWriter>(std::optional<std::uint32_t> domain, double seconds)> ros{};
 };
@@ -58,6 +60,9 @@ class SourceArguments {
   /// printed.
   /// @return nothing when there is such a problem.
   [[nodiscard]] std::optional<Page::Settings> load();
+  /// Where a route file finds the types of these sources, seen from the working directory.
+  /// @param only_of_ros  leaves out those that are written as packages of messages.
+  [[nodiscard]] describe::TypeOrigins origins_of_types(bool only_of_ros) const;
   /// Keeps the ids that read() chose in the file of --lock, if there are new ones and there is a file.
   /// @throws std::runtime_error when it cannot be written.
   void keep_ids() const;

@@ -84,7 +84,9 @@ int run(int argc, char** argv) {
   int status = cli::exit_ok;
   carry::add_bridge_command(app, status);
   carry::add_check_command(app, status);
-  const generate::SourceReaders readers{.route_file = carry::describe_routes, .ros = carry::listen_to_ros};
+  const generate::SourceReaders readers{.route_file = carry::describe_routes,
+                                        .types_of_route_file = carry::types_of_routes,
+                                        .ros = carry::listen_to_ros};
   generate::add_generate_command(app, status, readers);
   generate::add_diff_command(app, status, readers);
   generate::add_explain_command(app, status, readers);

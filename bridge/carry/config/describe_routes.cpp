@@ -18,6 +18,7 @@
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/problems.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -30,12 +31,28 @@ std::string last_part(const std::string& name) {
   return name.substr(name.rfind('/') + 1);
 }
 
+/// "/car/door/moved" of "/car/door/instance_2/moved", if that is the instance: `generate` puts it there where
+/// a service has several.
+std::string without_instance(std::string name, someip::InstanceId instance) {
+  const std::string part = fmt::format("/instance_{}/", someip::value(instance));
+  if (const std::size_t at = name.find(part); at != std::string::npos) {
+    name.erase(at, part.size() - 1);
+  }
+  return name;
+}
+
 /// "Door" of "/car/door/moved"; of "/points" it is "PointsService".
 std::string service_part(const std::string& name) {
   const std::size_t end = name.rfind('/');
   const std::string before = end == std::string::npos ? std::string{} : name.substr(0, end);
   return before.empty() ? describe::ros_type_name(last_part(name)) + "Service"
                         : describe::ros_type_name(last_part(before));
+}
+
+/// The parts of an action belong to the service of its own name.
+std::string name_beside_action(const std::string& name) {
+  const std::size_t at = name.find("/_action/");
+  return at == std::string::npos ? name : name.substr(0, at) + "/" + last_part(name);
 }
 
 /// Undefined where there is none.
@@ -161,8 +178,9 @@ class RouteFile {
       return;
     }
     const bool is_offered = route.direction == Direction::dds_to_someip;
-    const std::size_t at = service_of(route.service, route.major, route.minor, is_offered,
-                                      name_beside_action(route.topic), route.mark);
+    const std::size_t at =
+        service_of(route.service, route.major, route.minor, is_offered,
+                   name_beside_action(without_instance(route.topic, route.instance)), route.mark);
     Service& service = services_[at];
     describe::Instance& instance = instance_of(at, route.instance, is_offered, route.mark);
     if (is_offered && route.port != 0) {
@@ -187,16 +205,17 @@ class RouteFile {
     }
     const YAML::Node element = element_at(route.mark);
     if (is_field(element)) {
-      describe::Field& field = field_of(at, route.mark, route.topic);
-      if (field.notifier || field.payload.values.empty()) {
-        field.payload = payload(*tree, route.rules, route.mark);
+      describe::Field& field = field_of(at, route.mark, without_instance(route.topic, route.instance));
+      if (field.has_notifier) {
+        return;  // of another instance
       }
+      field.payload = payload(*tree, route.rules, route.mark);
       field.has_notifier = true;
       field.notifier = route.event;
       field.eventgroups = {route.eventgroup};
       field.notifier_transfer = transfer(route.transport, route.tp, element);
       field.e2e = protection_of(child(child(element, "e2e"), "event"));
-      if (route.getter) {
+      if (route.getter && !field.has_getter) {
         field.has_getter = true;
         field.getter = route.getter->id;
         field.getter_transfer.transport = route.transport;
@@ -208,14 +227,15 @@ class RouteFile {
         same != service.events.end()) {
       return;  // of another instance
     }
-    describe::Event event{.name = free_name(service, last_part(route.topic)),
+    const std::string topic = without_instance(route.topic, route.instance);
+    describe::Event event{.name = free_name(service, last_part(topic)),
                           .id = route.event,
                           .payload = payload(*tree, route.rules, route.mark),
                           .eventgroups = {route.eventgroup},
                           .transfer = transfer(route.transport, route.tp, element)};
-    event.e2e = protection_of(child(element, "e2e"));
+    event.e2e = protection_of(e2e_at(element, topic));
     unwrap(service, event.name, "", event.payload);
-    event.ros_name = route.topic;
+    event.ros_name = topic;
     event.place = {0, route.mark};
     service.events.push_back(std::move(event));
   }
@@ -226,10 +246,12 @@ class RouteFile {
     }
     const bool is_offered = route.server == Server::ros;
     const YAML::Node element = element_at(route.mark);
-    const std::size_t at = service_of(
-        route.service, route.major, route.minor, is_offered,
-        is_field(element) ? text_of(child(element, "topic")) : name_beside_action(route.ros_service),
-        route.mark);
+    const std::string ros_service = without_instance(route.ros_service, route.instance);
+    const std::size_t at =
+        service_of(route.service, route.major, route.minor, is_offered,
+                   is_field(element) ? without_instance(text_of(child(element, "topic")), route.instance)
+                                     : name_beside_action(ros_service),
+                   route.mark);
     Service& service = services_[at];
     describe::Instance& instance = instance_of(at, route.instance, is_offered, route.mark);
     const Transport transport = route.transport.value_or(Transport::udp);
@@ -242,11 +264,14 @@ class RouteFile {
         error(route.mark, to_string(tree.error()));
         return;
       }
-      describe::Field& field = field_of(at, route.mark, route.ros_service);
+      describe::Field& field = field_of(at, route.mark, ros_service);
+      const bool is_getter = route.access == messages::FieldAccess::get;
+      if (is_getter ? field.has_getter : field.has_setter) {
+        return;  // of another instance
+      }
       if (field.payload.values.empty()) {
         field.payload = payload(*tree, route.rules, route.mark);
       }
-      const bool is_getter = route.access == messages::FieldAccess::get;
       (is_getter ? field.has_getter : field.has_setter) = true;
       (is_getter ? field.getter : field.setter) = route.method;
       (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp, element);
@@ -265,7 +290,7 @@ class RouteFile {
     }
     std::vector<std::string> without;
     describe::Method method =
-        raise(reading_.model, *types, route.rules, free_name(service, last_part(route.ros_service)), without);
+        raise(reading_.model, *types, route.rules, free_name(service, last_part(ros_service)), without);
     tell(without, route.mark);
     method.id = route.method;
     method.fire_and_forget = route.fire_and_forget;
@@ -277,29 +302,51 @@ class RouteFile {
     method.request_transfer = transfer(transport, route.tp, element);
     method.response_transfer =
         method.fire_and_forget ? describe::Transfer{.transport = transport} : method.request_transfer;
-    method.e2e = protection_of(child(element, "e2e"));
+    method.e2e = protection_of(e2e_at(element, ros_service));
     unwrap(service, method.name, "_Request", method.request);
     unwrap(service, method.name, "_Response", method.response);
     take_error(types->response.root(), method);
-    method.ros_name = route.ros_service;
+    method.ros_name = ros_service;
     method.place = {0, route.mark};
     service.methods.push_back(std::move(method));
   }
 
-  /// Parts of one field have one place.
+  /// Parts of one field have one place. A field that has an id of another one is that of another instance.
   describe::Field& field_of(std::size_t service, documents::Mark mark, const std::string& name) {
-    const auto [at, is_new] = fields_.try_emplace({service, mark.line, mark.column});
-    describe::Field& field = at->second;
-    if (is_new) {
-      const YAML::Node element = element_at(mark);
+    const FieldKey key{service, mark.line, mark.column};
+    if (const auto same = same_fields_.find(key); same != same_fields_.end()) {
+      return fields_[same->second];
+    }
+    const YAML::Node element = element_at(mark);
+    FieldKey first = key;
+    std::vector<FieldId> ids;
+    for (const char* part : {"event", "getter", "setter"}) {
+      const std::string text = text_of(child(element, part));
+      if (!text.empty()) {
+        ids.emplace_back(service, part, std::strtoul(text.c_str(), nullptr, 0));
+        if (const auto known = field_ids_.find(ids.back()); known != field_ids_.end() && first == key) {
+          first = known->second;
+        }
+      }
+    }
+    for (const FieldId& id : ids) {
+      field_ids_.try_emplace(id, first);
+    }
+    same_fields_[key] = first;
+    describe::Field& field = fields_[first];
+    if (first == key) {
       const std::string of_field = text_of(child(element, "topic"));
-      const std::string topic = of_field.empty() ? name : of_field;
+      const std::string topic = of_field.empty() ? name : without_instance(of_field, instance_at(element));
       field.name = free_name(services_[service], last_part(topic));
       field.ros_name = topic;
       field.has_getter = field.has_setter = field.has_notifier = false;
       field.place = {0, mark};
     }
     return field;
+  }
+  static someip::InstanceId instance_at(const YAML::Node& element) {
+    return someip::InstanceId{
+        static_cast<std::uint16_t>(std::strtoul(text_of(child(element, "instance")).c_str(), nullptr, 0))};
   }
 
   /// What `generate --to msg` made of several values, or of one that is no message, is these values again: a
@@ -319,7 +366,9 @@ class RouteFile {
          describe::ros_field_name(type.name.substr(
              of_service.size(), type.name.size() - of_service.size() - std::string_view{end}.size())) ==
              member);
-    if (type.kind == describe::Kind::structure && is_made && value.wire.length == someip::FieldWidth::none &&
+    const bool is_of_action = type.ros_name.find("/action/") != std::string::npos;
+    if (type.kind == describe::Kind::structure && is_made && !is_of_action &&
+        value.wire.length == someip::FieldWidth::none &&
         (service.scope.empty() || service.scope == type.scope)) {
       service.scope = type.scope;
       payload.values = std::vector<describe::Value>{type.members};
@@ -372,12 +421,6 @@ class RouteFile {
     return machine;
   }
 
-  /// The parts of an action belong to the service of its own name.
-  static std::string name_beside_action(const std::string& name) {
-    const std::size_t at = name.find("/_action/");
-    return at == std::string::npos ? name : name.substr(0, at) + "/" + last_part(name);
-  }
-
   std::string free_name(const Service& service, const std::string& wanted) {
     auto& taken = names_[*service.id];
     std::string name =
@@ -389,6 +432,11 @@ class RouteFile {
   [[nodiscard]] YAML::Node element_at(documents::Mark mark) const {
     const auto found = elements_.find({mark.line, mark.column});
     return found == elements_.end() ? YAML::Node{} : found->second;
+  }
+  /// Of a route or method, or of a part of an action.
+  static YAML::Node e2e_at(const YAML::Node& element, const std::string& name) {
+    const YAML::Node e2e = child(element, "e2e");
+    return child(element, "action").IsDefined() ? child(e2e, last_part(name).c_str()) : e2e;
   }
   static bool is_field(const YAML::Node& element) {
     const auto has = [&](const char* key) { return child(element, key).IsDefined(); };
@@ -410,6 +458,8 @@ class RouteFile {
     reading_.problems.push_back({.file = config_.file, .mark = mark, .text = std::move(text)});
   }
 
+  using FieldKey = std::tuple<std::size_t, int, int>;                   ///< its service and its place
+  using FieldId = std::tuple<std::size_t, std::string, std::uint64_t>;  ///< its service, which part, its id
   using InstanceKey = std::tuple<std::optional<someip::ServiceId>, std::uint8_t, someip::InstanceId>;
 
   const BridgeConfig& config_;
@@ -420,14 +470,15 @@ class RouteFile {
   std::map<std::pair<someip::ServiceId, std::uint8_t>, std::size_t> by_id_;
   std::map<InstanceKey, describe::Instance> instances_;
   std::map<InstanceKey, std::size_t> instance_services_;
-  std::map<std::tuple<std::size_t, int, int>, describe::Field> fields_;
+  std::map<FieldKey, describe::Field> fields_;
+  std::map<FieldKey, FieldKey> same_fields_;  ///< of each, the first that has one of its ids
+  std::map<FieldId, FieldKey> field_ids_;
   std::map<std::pair<int, int>, YAML::Node> elements_;  ///< by their places
   std::map<someip::ServiceId, std::set<std::string>> names_;
 };
 
-/// The interfaces that the file names, from its folder.
-describe::Reading interfaces_of(const YAML::Node& root, const std::string& file) {
-  const YAML::Node list = child(root, "interfaces");
+/// The paths of a list, or of a single one, seen from where the working directory is.
+std::vector<std::string> paths_of(const YAML::Node& list, const std::string& file) {
   std::vector<std::string> paths;
   const auto add = [&](const YAML::Node& one) {
     if (one.IsScalar()) {
@@ -439,15 +490,155 @@ describe::Reading interfaces_of(const YAML::Node& root, const std::string& file)
   } else if (list.IsDefined()) {
     add(list);
   }
+  return paths;
+}
+
+/// The interfaces that the file names, from its folder.
+describe::Reading interfaces_of(const YAML::Node& root, const BridgeConfig& config) {
+  const std::vector<std::string> paths = paths_of(child(root, "interfaces"), config.file);
   if (paths.empty()) {
     return {};
   }
   std::vector<documents::Problem> problems;
   const auto texts = describe::load_sources(paths, problems);
-  describe::Reading reading = describe::read_sources(texts, describe::file_loader());
+  describe::Reading reading =
+      describe::read_sources(texts, describe::file_loader(), {.type_folders = config.types.folders});
   reading.problems.insert(reading.problems.begin(), problems.begin(), problems.end());
   return reading;
 }
+
+/// Gives services of interfaces, and their members, the ids that routes have for them, where the interfaces
+/// say none: `generate` has chosen those. Otherwise each such service would be there twice.
+class ChosenIds {
+ public:
+  explicit ChosenIds(describe::Model& model) : model_{model} {
+    for (Service& service : model_.services) {
+      if (!service.id) {
+        candidates_[describe::ros_type_name(service.name)].push_back({&service});
+      }
+    }
+  }
+
+  void take(const BridgeConfig& config) {
+    if (candidates_.empty()) {
+      return;
+    }
+    for (const Route& route : config.routes) {
+      const std::string topic = without_instance(route.topic, route.instance);
+      Candidate* const of = candidate(topic, route.service, route.instance);
+      if (of == nullptr) {
+        continue;
+      }
+      if (describe::Event* const event = find(of->events, topic)) {
+        set(event->id, route.event);
+        join(*of->service, event->eventgroups, route.eventgroup);
+      } else if (describe::Field* const field = find(of->fields, topic)) {
+        set(field->notifier, route.event);
+        join(*of->service, field->eventgroups, route.eventgroup);
+        if (route.getter) {
+          set(field->getter, route.getter->id);
+        }
+      }
+    }
+    for (const MethodRoute& route : config.methods) {
+      std::string name = without_instance(route.ros_service, route.instance);
+      const bool is_field = route.access != messages::FieldAccess::none;
+      if (is_field) {
+        name = name.substr(0, name.rfind('/'));  // without /get or /set
+      }
+      Candidate* const of = candidate(name, route.service, route.instance);
+      if (of == nullptr) {
+        continue;
+      }
+      if (describe::Field* const field = is_field ? find(of->fields, name) : nullptr) {
+        set(route.access == messages::FieldAccess::get ? field->getter : field->setter, route.method);
+      } else if (describe::Method* const method = is_field ? nullptr : find(of->methods, name)) {
+        set(method->id, route.method);
+      }
+    }
+  }
+
+ private:
+  /// A service, and its members by the names of their topics and ROS services.
+  struct Candidate {
+    Service* service = nullptr;
+    std::map<std::string, describe::Event*> events{};
+    std::map<std::string, describe::Field*> fields{};
+    std::map<std::string, describe::Method*> methods{};
+  };
+
+  template <typename Element>
+  static Element* find(const std::map<std::string, Element*>& elements, const std::string& name) {
+    const auto found = elements.find(last_part(name));
+    return found == elements.end() ? nullptr : found->second;
+  }
+  static void set(std::optional<someip::MethodId>& id, someip::MethodId value) { id = id.value_or(value); }
+  static void join(Service& service, std::vector<someip::EventgroupId>& groups, someip::EventgroupId group) {
+    if (!groups.empty()) {
+      return;
+    }
+    groups = {group};
+    if (std::ranges::find(service.eventgroups, group, &describe::Eventgroup::id) ==
+        service.eventgroups.end()) {
+      service.eventgroups.push_back({.id = group});
+      std::ranges::sort(service.eventgroups, {}, &describe::Eventgroup::id);
+    }
+  }
+
+  /// The service that a topic or ROS service is of; null: none of those without an id, or several. Its id is
+  /// that of the route then.
+  Candidate* candidate(const std::string& name, someip::ServiceId id, someip::InstanceId instance) {
+    if (const auto known = known_.find(id); known != known_.end()) {
+      return known->second;
+    }
+    Candidate* found = nullptr;
+    bool has_scope = false;
+    std::size_t count = 0;
+    for (Candidate& one : candidates_[service_part(name)]) {
+      // Where several have one name, that of the topic begins with the scope.
+      const std::string with_scope = "/" + describe::ros_field_name(one.service->scope) + "/" +
+                                     describe::ros_field_name(one.service->name) + "/";
+      const bool is_in_scope = name.find(with_scope) != std::string::npos;
+      if (!one.service->id && (is_in_scope || !has_scope)) {
+        count = is_in_scope == has_scope ? count + 1 : 1;
+        has_scope = is_in_scope;
+        found = &one;
+      }
+    }
+    found = count == 1 ? found : nullptr;
+    known_.emplace(id, found);
+    if (found != nullptr) {
+      take_over(*found, id, instance);
+    }
+    return found;
+  }
+
+  void take_over(Candidate& one, someip::ServiceId id, someip::InstanceId instance) {
+    Service& service = *one.service;
+    service.id = id;
+    const std::string full = describe::full_name(service.scope, service.name);
+    if (std::ranges::find(model_.instances, full, &describe::Instance::service) == model_.instances.end()) {
+      model_.instances.push_back(
+          {.service = full, .service_id = id, .id = instance, .place = {service.place.file, {}}});
+    }
+    // In this order they have got their names.
+    describe::FreeNames topics;
+    describe::FreeNames calls;
+    for (describe::Event& event : service.events) {
+      one.events.emplace(topics.take(describe::ros_field_name(event.name), "_"), &event);
+    }
+    for (describe::Field& field : service.fields) {
+      one.fields.emplace(topics.take(describe::ros_field_name(field.name), "_"), &field);
+    }
+    for (describe::Method& method : service.methods) {
+      one.methods.emplace(calls.take(describe::ros_field_name(method.name), "_"), &method);
+    }
+  }
+
+  describe::Model& model_;
+  std::map<std::string, std::vector<Candidate>, std::less<>> candidates_{};  ///< by what topics call them
+  std::map<someip::ServiceId, Candidate*> known_{};
+};
 
 }  // namespace
 
@@ -462,10 +653,11 @@ describe::Reading describe_routes(const std::string& file) {
   if (const auto text = documents::read_text_file(file)) {
     root = YAML::Load(*text);  // it is good: it was loaded before
   }
-  describe::Reading reading = interfaces_of(root, file);
+  describe::Reading reading = interfaces_of(root, loaded->config);
   if (!reading.ok()) {
     return reading;
   }
+  ChosenIds{reading.model}.take(loaded->config);
   std::set<someip::ServiceId> described;
   for (const Service& service : reading.model.services) {
     if (service.id) {
@@ -476,6 +668,14 @@ describe::Reading describe_routes(const std::string& file) {
   append(reading.model, std::move(routes.model));
   reading.problems.insert(reading.problems.end(), routes.problems.begin(), routes.problems.end());
   return reading;
+}
+
+describe::TypeOrigins types_of_routes(const std::string& file) {
+  const auto text = documents::read_text_file(file);
+  documents::Problems problems{file};
+  const YAML::Node root = text ? documents::parse_document(*text, "a route file", problems) : YAML::Node{};
+  return {.folders = paths_of(child(child(root, "types"), "paths"), file),
+          .interfaces = paths_of(child(root, "interfaces"), file)};
 }
 
 }  // namespace trestle::carry

@@ -27,6 +27,23 @@ using describe::Side;
 /// Entries that are made for one list. The loader of the lists refuses so many.
 constexpr std::size_t generated_max = 1001;
 
+/// The folders under `types: paths`, which may have what the interfaces are made of. What is wrong with them
+/// is told elsewhere.
+std::vector<std::string> type_folders(const YAML::Node& root, const std::string& file) {
+  std::vector<std::string> folders;
+  const YAML::Node types = root["types"];
+  const YAML::Node paths = types.IsDefined() && types.IsMap() ? types["paths"] : YAML::Node{};
+  if (paths.IsDefined() && paths.IsSequence()) {
+    for (const YAML::Node& one : paths) {
+      if (one.IsScalar()) {
+        folders.push_back(
+            (std::filesystem::path{file}.parent_path() / one.Scalar()).lexically_normal().string());
+      }
+    }
+  }
+  return folders;
+}
+
 /// What `generate` says.
 struct Generate {
   bool all = false;
@@ -407,8 +424,9 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
     return applied;
   }
   describe::IdLock lock;
-  describe::System system =
-      describe::make_system(describe::read_sources(sources, describe::file_loader()), lock);
+  describe::System system = describe::make_system(
+      describe::read_sources(sources, describe::file_loader(), {.type_folders = type_folders(root, file)}),
+      lock);
   of_interfaces = system.problems;
   if (!system.good) {
     problems.error(mark, "interfaces: are not good");

@@ -148,6 +148,21 @@ std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
   return sources;
 }
 
+bool has_ros_files(const std::string& path) {
+  const auto is_ros = [](const std::string& name) { return kind_of(name, {}) == SourceKind::ros; };
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    return is_ros(path);
+  }
+  for (fs::recursive_directory_iterator at{path, fs::directory_options::skip_permission_denied, error}, end;
+       !error && at != end; at.increment(error)) {
+    if (is_ros(at->path().string()) && at->is_regular_file(error)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Load file_loader() {
   return load_file;
 }

@@ -35,6 +35,12 @@ struct SourceOptions {
 [[nodiscard]] Reading read_sources(std::span<const SourceText> sources, const Load& load,
                                    const SourceOptions& options = {});
 
+/// Where a route file has its types from.
+struct TypeOrigins {
+  std::vector<std::string> folders{};     ///< with packages of ROS types: `types: paths`
+  std::vector<std::string> interfaces{};  ///< descriptions that define types: `interfaces`
+};
+
 /// Larger files are refused.
 inline constexpr std::size_t max_source_bytes = std::size_t{256} << 20U;
 
@@ -42,6 +48,9 @@ inline constexpr std::size_t max_source_bytes = std::size_t{256} << 20U;
 /// @return their texts, sorted by name within a folder; what cannot be read is a problem.
 [[nodiscard]] std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
                                                    std::vector<documents::Problem>& problems);
+
+/// Whether it is a file of ROS types, or a folder with such a file in it or below.
+[[nodiscard]] bool has_ros_files(const std::string& path);
 
 /// Loads what a file names: for read_sources().
 [[nodiscard]] Load file_loader();

@@ -248,6 +248,83 @@ class Generate(unittest.TestCase):
         self.assertEqual([method["id"] for method in service["methods"]], ["0x0010", "0x0011", "0x0012"])
         self.assertEqual([field["name"] for field in service["fields"]], ["opening", "label", "locked"])
 
+    def check_routes(self, *arguments):
+        """What --to routes writes, which `check` takes."""
+        out = self.folder / f"out{len(list(self.folder.iterdir()))}"
+        status, _, errors = run("generate", *arguments, "-o", out)
+        self.assertEqual(status, 0, errors)
+        file = out / "bridge.yaml"
+        status, output, errors = run("check", file)
+        self.assertEqual(status, 0, file.read_text() + output + errors)
+        return file.read_text()
+
+    def test_writes_routes_whose_types_are_found(self):
+        types = self.folder / "car_msgs"
+        (types / "msg").mkdir(parents=True)
+        (types / "srv").mkdir()
+        (types / "msg" / "Door.msg").write_text("bool open\nwindow_msgs/Window[] windows\n")
+        (types / "srv" / "Shut.srv").write_text("uint8 speed\n---\nbool done\n")
+        others = self.folder / "others"
+        (others / "window_msgs" / "msg").mkdir(parents=True)
+        (others / "window_msgs" / "msg" / "Window.msg").write_text("float32 height\n")
+        files = [types / "msg" / "Door.msg", types / "srv" / "Shut.srv", "--types", others]
+        for target in ("routes", "routes,msg"):
+            text = self.check_routes(*files, "--to", target)
+            self.assertIn("car_msgs/msg/Door", text)
+            self.assertIn("car_msgs/srv/Shut", text)
+            self.check_routes(types, "--types", others, "--to", target)
+            self.check_routes(types, DOOR, "--types", others, "--to", target)
+            # Names of types that ROS has are no files.
+            self.assertNotIn("interfaces", self.check_routes("sensor_msgs/msg/PointCloud2", "--to", target))
+
+    def test_writes_actions_and_services_without_arguments(self):
+        types = self.folder / "my_msgs"
+        (types / "action").mkdir(parents=True)
+        (types / "action" / "Count.action").write_text("int32 order\n---\nint32[] result\n---\nint32[] partial\n")
+        for target in ("routes", "routes,msg"):
+            text = self.check_routes(types / "action" / "Count.action", "std_srvs/srv/Empty", "--to", target)
+            self.assertIn("action: /count", text)
+            self.assertIn("type: my_msgs/action/Count", text)
+            self.assertRegex(text, r"methods: {send_goal: 0x0001, cancel_goal: 0x0002, get_result: 0x0003}")
+            self.assertRegex(text, r"events: {feedback: 0x8001, status: 0x8002}")
+            self.assertNotIn("_action/", text)
+            # A node calls it by its own type, which no argument tells.
+            self.assertIn("type: std_srvs/srv/Empty\n", text)
+        # And back again.
+        file = self.folder / "again.yaml"
+        file.write_text(text.replace("paths: [.]", "paths: []").replace("../my_msgs", "my_msgs"))
+        self.assertIn("action: /count", self.check_routes(file, "--to", "routes"))
+
+    def test_keeps_no_ids_where_nothing_is_written(self):
+        status, _, errors = run("generate", "std_srvs/srv/Empty", "--to", "msg", "-o", self.folder / "none")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("ROS 2 has all types already", errors)
+        self.assertFalse((self.folder / "none").exists())
+
+    def test_writes_routes_of_a_route_file(self):
+        types = self.folder / "types" / "car_msgs" / "msg"
+        types.mkdir(parents=True)
+        (types / "Door.msg").write_text("bool open\n")
+        file = self.folder / "routes.yaml"
+        file.write_text("someip: {address: 127.0.0.1}\ntypes: {paths: [types]}\nroutes:\n"
+                        "  - {topic: /door/moved, type: car_msgs/msg/Door, direction: someip_to_dds, service: 0x4711, instance: 1,\n"
+                        "     eventgroup: 2, event: 0x8001}\n")
+        for target in ("routes", "routes,msg"):
+            self.assertNotIn("routes.yaml]", self.check_routes(file, "--to", target))
+            self.check_routes(DOOR / "bridge.yaml", "--to", target)
+        self.assertEqual(run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "made", "-q")[0], 0)
+        for target in ("routes", "routes,msg"):
+            self.check_routes(self.folder / "made" / "bridge.yaml", "--to", target)
+
+    def test_wants_the_messages_where_their_names_are_new(self):
+        lamp = self.folder / "Lamp.fidl"
+        lamp.write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { out { UInt8 x } } }\n")
+        status, _, errors = run("generate", lamp, "--to", "routes", "--name", "Light", "-o", self.folder / "light")
+        self.assertEqual(status, 2)
+        self.assertIn("expected `--to routes,msg`", errors)
+        self.assertIn("car/msg/LightHot", self.check_routes(lamp, "--to", "routes,msg", "--name", "Light"))
+        self.check_routes(lamp, "--to", "routes", "--service-id", "0x1234")
+
     def test_listens_to_a_network(self):
         # To one of its own: what other tests say on loopback is not meant.
         alone = ["unshare", "--net", *([] if os.geteuid() == 0 else ["--map-root-user"])]

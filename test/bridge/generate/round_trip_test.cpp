@@ -105,7 +105,7 @@ Carried by_routes(const describe::System& system) {
   const fs::path folder = fs::path{testing::TempDir()} / ("round_trip_test_" + std::to_string(getpid()));
   fs::remove_all(folder);
   TargetOptions options;
-  options.routes.type_paths = ".";
+  options.routes.type_paths = {"."};
   std::vector<describe::NotCarried> lost;
   for (const char* name : {"msg", "routes"}) {
     const describe::Written written = target(name)->write(system, options);

@@ -74,6 +74,54 @@ fields:
   EXPECT_TRUE(reading.model.machines[0].sd_multicast);
 }
 
+/// As `generate` writes two instances of one service.
+TEST_F(DescribeRoutes, DescribesAServiceOfTwoInstancesOnce) {
+  std::string text = "someip: {address: 127.0.0.1}\n";
+  const auto list = [&](const std::string& name, const std::string& entry) {
+    text += name + ":\n";
+    for (const std::string instance : {"1", "2"}) {
+      std::string one = entry;
+      for (std::size_t at = 0; (at = one.find('N', at)) != std::string::npos;) {
+        one.replace(at, 1, instance);
+      }
+      text += "  - " + one + "\n";
+    }
+  };
+  list(
+      "routes",
+      "{topic: /car/door/instance_N/moved, type: geometry_msgs/msg/Point, direction: someip_to_dds, service: "
+      "0x4711, instance: N, eventgroup: 2, event: 0x8001}");
+  list(
+      "methods",
+      "{ros_service: /car/door/instance_N/open, type: std_srvs/srv/SetBool, server: someip, service: 0x4711, "
+      "instance: N, method: 1}");
+  list("fields",
+       "{topic: /car/door/instance_N/label, type: std_msgs/msg/String, server: someip, service: 0x4711, "
+       "instance: N, event: 0x8002, eventgroup: 2, getter: 2, setter: 3}");
+  // Of this one, each instance has another part first.
+  text +=
+      "  - {topic: /car/door/instance_1/light, type: std_msgs/msg/Bool, server: someip, service: 0x4711, "
+      "instance: 1, setter: 5}\n"
+      "  - {topic: /car/door/instance_2/light, type: std_msgs/msg/Bool, server: someip, service: 0x4711, "
+      "instance: 2, event: 0x8003, eventgroup: 2, setter: 5}\n";
+  const describe::Reading reading = read(text);
+  ASSERT_THAT(reading.problems, IsEmpty()) << reading.problems[0].text;
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const describe::Service& door = reading.model.services[0];
+  EXPECT_EQ(door.name, "Door");
+  ASSERT_THAT(door.events, SizeIs(1));
+  EXPECT_EQ(door.events[0].ros_name, "/car/door/moved");
+  EXPECT_THAT(door.methods, SizeIs(1));
+  ASSERT_THAT(door.fields, SizeIs(2));
+  EXPECT_EQ(door.fields[0].name, "label");
+  EXPECT_EQ(door.fields[0].ros_name, "/car/door/label");
+  EXPECT_EQ(door.fields[0].getter, someip::MethodId{2});
+  EXPECT_EQ(door.fields[1].name, "light");
+  EXPECT_EQ(door.fields[1].notifier, someip::MethodId{0x8003});
+  EXPECT_EQ(door.fields[1].setter, someip::MethodId{5});
+  EXPECT_THAT(reading.model.instances, SizeIs(2));
+}
+
 TEST_F(DescribeRoutes, TakesTheInterfacesThatItNames) {
   const describe::Reading reading = read(
       "someip: {address: 127.0.0.1}\n"
@@ -84,6 +132,40 @@ TEST_F(DescribeRoutes, TakesTheInterfacesThatItNames) {
   ASSERT_THAT(reading.model.services, SizeIs(1));
   EXPECT_EQ(reading.model.services[0].scope, "car");
   EXPECT_THAT(reading.model.services[0].fields, SizeIs(3));
+}
+
+/// As `generate` writes a FIDL without FDEPL: the ids stand in the routes, the types in the FIDL.
+TEST_F(DescribeRoutes, GivesInterfacesTheIdsThatTheyLack) {
+  std::ofstream{folder_ / "Lamp.fidl"} << "package car\n"
+                                          "interface Lamp { version { major 1 minor 0 }\n"
+                                          "  attribute UInt8 colourOf readonly\n"
+                                          "  broadcast hot { out { UInt8 x } }\n"
+                                          "  method go { }\n"
+                                          "}\n";
+  const describe::Reading reading = read(R"(
+someip: {address: 127.0.0.1}
+interfaces: [Lamp.fidl]
+routes:
+  - {topic: /lamp/hot, type: car/msg/LampHot, direction: someip_to_dds, service: 0x4711, instance: 5, eventgroup: 2,
+     event: 0x8007}
+methods:
+  - {ros_service: /lamp/go, type: car/srv/LampGo, server: someip, service: 0x4711, instance: 5, method: 7}
+fields:
+  - {topic: /lamp/colour_of, type: car/msg/LampColourOf, server: someip, service: 0x4711, instance: 5, event: 0x8002,
+     eventgroup: 2, getter: 2}
+)");
+  ASSERT_TRUE(reading.ok()) << reading.problems[0].text;
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const describe::Service& lamp = reading.model.services[0];
+  EXPECT_EQ(lamp.scope, "car");
+  EXPECT_EQ(lamp.id, someip::ServiceId{0x4711});
+  EXPECT_EQ(lamp.events[0].id, someip::MethodId{0x8007});
+  EXPECT_THAT(lamp.events[0].eventgroups, ElementsAre(someip::EventgroupId{2}));
+  EXPECT_EQ(lamp.methods[0].id, someip::MethodId{7});
+  EXPECT_EQ(lamp.fields[0].notifier, someip::MethodId{0x8002});
+  EXPECT_EQ(lamp.fields[0].getter, someip::MethodId{2});
+  ASSERT_THAT(reading.model.instances, SizeIs(1));
+  EXPECT_EQ(reading.model.instances[0].id, someip::InstanceId{5});
 }
 
 TEST_F(DescribeRoutes, TellsWhatIsWrongWithAPlace) {
