@@ -30,6 +30,7 @@ patterns:
 """
 # FNV-1a of "/up_0 std_msgs/msg/String" is 0x21d89f72, of that of /up_1 0xde8e8739.
 UP_0, UP_1 = 0x6f72, 0x6739
+LEASE = "20"  # of the publisher, in seconds: longer than a machine stalls
 
 
 class Patterns(unittest.TestCase):
@@ -41,7 +42,7 @@ class Patterns(unittest.TestCase):
         write(self.file, CONFIG)
         self.peer = Peer(PEER, GROUP)
         self.started = []
-        self.publisher = self.start([PEER_PROGRAM, "ros", str(DOMAIN)])
+        self.publisher = self.start([PEER_PROGRAM, "ros", str(DOMAIN), LEASE])
 
     def tearDown(self):
         for process in self.started:
@@ -129,7 +130,7 @@ class Patterns(unittest.TestCase):
         write(self.file, CONFIG.replace("interfaces:", f"discovery_server: '{server}', interfaces:"))
         of_ros = {"ROS_DISCOVERY_SERVER": server}
         bridge = self.start_bridge()
-        self.start([PEER_PROGRAM, "ros", str(DOMAIN)], of_ros)
+        self.start([PEER_PROGRAM, "ros", str(DOMAIN), LEASE], of_ros)
         receive(self.peer.group, offered(UP_0))
         bridge.send_signal(signal.SIGTERM)
         self.assertEqual(bridge.wait(timeout=PATIENCE), 0)

@@ -1,7 +1,7 @@
 // A neighbour of bridges that restarts_test.py kills and starts again: of one bridge that is killed, too, and
 // of one that is not.
 //
-//     restarts_peer ros DOMAIN               publishes /up_N, /safe_N and /wild_N/up, reads /down_N and
+//     restarts_peer ros DOMAIN [LEASE]       publishes /up_N, /safe_N and /wild_N/up, reads /down_N and
 //     /sure_N;
 //                                            serves /ask_N, calls /tell_N; has the field /light_N, uses
 //                                            /lamp_N; serves the action /act_N
@@ -198,13 +198,13 @@ class RosCalls {
   std::vector<std::unique_ptr<dds::ServiceServer>> servers_;
 };
 
-void ros(std::uint32_t domain) {
+void ros(std::uint32_t domain, std::chrono::seconds lease) {
   boost::asio::io_context io{1};
   dds::Participant participant{{.domain = domain,
                                 .name = "restarts",
                                 .interfaces = {"127.0.0.1"},
                                 .shared_memory = false,
-                                .lease = 1s,
+                                .lease = lease,
                                 .on_event = {}}};
   const std::string type = dds::ros_type_name("std_msgs/msg/String");
   constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1};
@@ -455,8 +455,9 @@ void someip(const IpAddress& address, const IpAddress& group) {
 int main(int count, char** words) {
   const std::vector<std::string> arguments(words, words + count);
   fcntl(STDOUT_FILENO, F_SETFL, fcntl(STDOUT_FILENO, F_GETFL) | O_NONBLOCK);
-  if (arguments.size() == 3 && arguments[1] == "ros") {
-    trestle::test::ros(static_cast<std::uint32_t>(std::stoul(arguments[2])));
+  if ((arguments.size() == 3 || arguments.size() == 4) && arguments[1] == "ros") {
+    const std::chrono::seconds lease{arguments.size() == 4 ? std::stoi(arguments[3]) : 1};
+    trestle::test::ros(static_cast<std::uint32_t>(std::stoul(arguments[2])), lease);
     return 0;
   }
   if (arguments.size() == 3 && arguments[1] == "watch") {
