@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/load_e2e.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -138,6 +139,24 @@ struct Pairs {
   }
 };
 
+/// "a.b.C" of "/a/b/C".
+std::string dotted(std::string name) {
+  std::ranges::replace(name, '/', '.');
+  return name.starts_with('.') ? name.substr(1) : name;
+}
+
+/// The name of a service however its language spells the scope: FIDL has packages, ARXML packages or
+/// NAMESPACES.
+std::string spelled_alike(const Service& service) {
+  return service.namespaces.empty() ? dotted(full_name(service.scope, service.name))
+                                    : fmt::format("{}.{}", fmt::join(service.namespaces, "."), service.name);
+}
+
+bool has_same_name(const Service& old, const Service& now) {
+  return spelled_alike(old) == spelled_alike(now) ||
+         dotted(full_name(old.scope, old.name)) == dotted(full_name(now.scope, now.name));
+}
+
 bool is_unknown(const Method& method) {
   return !method.request.known && !method.response.known;
 }
@@ -230,8 +249,7 @@ class Comparison {
   Comparison(const Model& before, const Model& after) : before_{before}, after_{after} {}
 
   std::vector<Change> run() {
-    const Pairs services{before_.services, after_.services,
-                         [](const Service& service) { return full_name(service.scope, service.name); },
+    const Pairs services{before_.services, after_.services, spelled_alike,
                          [](const Service& service) { return service.id; }};
     for (const auto& [old, now] : services.both) {
       compare(*old, *now);
@@ -288,7 +306,7 @@ class Comparison {
   void compare(const Service& old, const Service& now, const Known& known) {
     known_ = known;
     const std::string& name = known.names || !has_ids_alone(now) ? now.name : old.name;
-    if (known.names) {
+    if (known.names && !has_same_name(old, now)) {
       differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
               old.place, now.place);
     }
@@ -333,6 +351,7 @@ class Comparison {
   }
 
   void compare(const std::string& element, const Method& old, const Method& now) {
+    either_is_seen_ = is_seen(old) || is_seen(now);
     differs("method-id", element, text(old.id), text(now.id), old.place, now.place);
     const bool both_known =
         is_known(old.request, old.observed_bytes) && is_known(now.request, now.observed_bytes);
@@ -365,14 +384,16 @@ class Comparison {
   }
 
   void compare(const std::string& element, const Event& old, const Event& now) {
+    either_is_seen_ = is_seen(old) || is_seen(now);
     differs("event-id", element, text(old.id), text(now.id), old.place, now.place);
-    groups(element, old.eventgroups, now.eventgroups, old.place, now.place);
+    groups(element, old, now);
     transfers(element, old.transfer, now.transfer, old.place, now.place);
     protection(element, old.e2e, now.e2e, old.place, now.place);
     payloads(element, old.payload, now.payload, old.place, now.place);
   }
 
   void compare(const std::string& element, const Field& old, const Field& now) {
+    either_is_seen_ = is_seen(old) || is_seen(now);
     const auto access = [&](const char* part, bool was, const std::optional<someip::MethodId>& before,
                             bool is, const std::optional<someip::MethodId>& after) {
       if (was != is) {
@@ -388,7 +409,9 @@ class Comparison {
     access("getter", old.has_getter, old.getter, now.has_getter, now.getter);
     access("setter", old.has_setter, old.setter, now.has_setter, now.setter);
     access("notifier", old.has_notifier, old.notifier, now.has_notifier, now.notifier);
-    groups(element, old.eventgroups, now.eventgroups, old.place, now.place);
+    if (old.has_notifier && now.has_notifier) {
+      groups(element, old, now);
+    }
     const bool both_known =
         is_known(old.payload, old.observed_bytes) && is_known(now.payload, now.observed_bytes);
     if (old.has_getter && now.has_getter) {
@@ -408,17 +431,43 @@ class Comparison {
     payloads(element, old.payload, now.payload, old.place, now.place);
   }
 
-  void groups(const std::string& element, std::vector<someip::EventgroupId> old,
-              std::vector<someip::EventgroupId> now, Place old_place, Place new_place) {
-    const auto list = [](std::vector<someip::EventgroupId> ids) {
+  /// Of events and fields. A capture has the eventgroups of the subscriptions that it shows, and may leave
+  /// them open.
+  template <typename Member>
+  void groups(const std::string& element, const Member& old, const Member& now) {
+    using Groups = std::vector<someip::EventgroupId>;
+    const auto sorted = [](Groups ids) {
       std::ranges::sort(ids);
+      return ids;
+    };
+    const Groups before = sorted(old.eventgroups);
+    const Groups after = sorted(now.eventgroups);
+    if ((is_seen(old) && std::ranges::includes(after, before)) ||
+        (is_seen(now) && std::ranges::includes(before, after))) {
+      return;
+    }
+    const auto list = [](const Groups& ids) {
       std::string all;
       for (const someip::EventgroupId id : ids) {
         all += (all.empty() ? "" : ", ") + hex(static_cast<std::uint32_t>(id));
       }
       return all;
     };
-    differs("event-eventgroups", element, list(std::move(old)), list(std::move(now)), old_place, new_place);
+    differs("event-eventgroups", element, list(before), list(after), old.place, now.place);
+  }
+
+  /// Whether a capture has it: that has no segments, as it has whole messages, and does not tell what is
+  /// protected.
+  static bool is_seen(const Payload& payload, const std::optional<std::uint32_t>& observed_bytes) {
+    return !payload.known && observed_bytes.has_value();
+  }
+  template <typename Member>
+  static bool is_seen(const Member& member) {
+    if constexpr (requires { member.request; }) {
+      return is_seen(member.request, member.observed_bytes);
+    } else {
+      return is_seen(member.payload, member.observed_bytes);
+    }
   }
 
   /// Whether somebody says how a method is carried. vsomeip JSON does not; a capture shows it.
@@ -437,16 +486,33 @@ class Comparison {
     const auto segments = [](const Transfer& transfer) {
       return fmt::format("{} bytes, {} us apart", transfer.segment_bytes, transfer.separation.count());
     };
-    differs("segmentation", element, segments(old), segments(now), old_place, new_place);
+    if (!either_is_seen_) {
+      differs("segmentation", element, segments(old), segments(now), old_place, new_place);
+    }
   }
 
+  /// Only what is on the wire: what a receiver tolerates is its own affair.
   void protection(const std::string& element, const Protection& old, const Protection& now, Place old_place,
                   Place new_place) {
-    if (old != now) {
-      const auto word = [](const Protection& e2e) {
-        return e2e.profile.empty() ? std::string{"none"} : "profile " + e2e.profile;
-      };
-      add("protection", element, word(old), word(now), old_place, new_place);
+    const auto before = wire_settings(old);
+    const auto after = wire_settings(now);
+    const auto word = [](const Protection& e2e) {
+      return e2e.profile.empty() ? std::string{"none"} : "profile " + e2e.profile;
+    };
+    std::string was = word(old);
+    std::string is = word(now);
+    bool changed = before.profile != after.profile;
+    // A parameter that one side does not give is not known; defaults are among the settings.
+    for (const auto& [key, value] : before.values) {
+      const auto other = after.values.find(key);
+      if (other != after.values.end() && other->second != value) {
+        was += fmt::format(", {} {}", key, value);
+        is += fmt::format(", {} {}", key, other->second);
+        changed = true;
+      }
+    }
+    if (changed && !either_is_seen_) {
+      add("protection", element, std::move(was), std::move(is), old_place, new_place);
     }
   }
 
@@ -745,6 +811,7 @@ class Comparison {
   Known known_{};
   std::vector<Change> changes_{};
   std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field
+  bool either_is_seen_ = false;  ///< of the members that are compared, by is_seen()
   std::size_t uses_ = 0;
   std::size_t depth_ = 0;
 };

@@ -278,4 +278,56 @@ tl::expected<E2eSettings, std::string> e2e_settings(const Protection& e2e, E2eUs
   return *settings;
 }
 
+WireSettings wire_settings(const Protection& e2e) {
+  WireSettings settings{.profile = e2e.profile};
+  for (const auto& [profile, same] :
+       {std::pair{"11", "1"}, std::pair{"22", "2"}, std::pair{"44", "4"}, std::pair{"44m", "4m"}}) {
+    if (e2e.profile == profile) {
+      settings.profile = same;
+    }
+  }
+  /// Empty: nobody gave it.
+  const auto given = [&](std::string_view key) -> std::string {
+    if (const auto number = e2e.numbers.find(key); number != e2e.numbers.end()) {
+      return key == "data_id" ? fmt::format("{:#06x}", number->second) : fmt::to_string(number->second);
+    }
+    const auto word = e2e.words.find(key);
+    return word == e2e.words.end() ? std::string{} : word->second;
+  };
+  const auto put = [&](const char* key, const std::string& otherwise) {
+    std::string value = given(key);
+    if (value.empty()) {
+      value = otherwise;
+    }
+    if (has_key(e2e.profile, key) && !value.empty()) {
+      settings.values.emplace(key, std::move(value));
+    }
+  };
+  if (e2e.profile.empty()) {
+    return settings;
+  }
+  const std::uint32_t front = given("payload_only") == "true" ? 0 : e2e::someip_offset_bits;
+  put("payload_only", "false");
+  put("data_id", {});
+  put("data_bits", {});
+  put("offset_bits", fmt::to_string(front));
+  put("crc_offset_bits", fmt::to_string(front));
+  put("counter_offset_bits", fmt::to_string(front + 8));
+  put("data_id_mode", "both");
+  if (given("data_id_mode") == "nibble") {
+    put("data_id_nibble_offset_bits", fmt::to_string(front + 12));
+  }
+  put("crc_order", "little");
+  std::string list;
+  std::istringstream ids{given("data_id_list")};
+  for (std::string id; ids >> id;) {
+    const auto number = documents::read_whole(id);
+    list += (list.empty() ? "" : " ") + (number ? fmt::to_string(*number) : id);
+  }
+  if (has_key(e2e.profile, "data_id_list") && !list.empty()) {
+    settings.values.emplace("data_id_list", std::move(list));
+  }
+  return settings;
+}
+
 }  // namespace trestle::describe

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
@@ -29,5 +30,17 @@ enum class E2eUse : std::uint8_t { sent_event, received_event, served, called };
 /// What a description says, for a Node.
 /// @return or why that cannot be: "data_bits: missing, expected …".
 [[nodiscard]] tl::expected<E2eSettings, std::string> e2e_settings(const Protection& e2e, E2eUse use);
+
+/// What of a protection decides about the bytes of messages. What only says what a receiver accepts is not in
+/// it.
+struct WireSettings {
+  /// One name for profiles with the same bytes: "1" for 11, "2" for 22, "4" for 44, "4m" for 44m; empty:
+  /// none.
+  std::string profile{};
+  /// Parameters of the profile by their names, in one spelling; those with a default also where nobody gave
+  /// them.
+  std::map<std::string, std::string, std::less<>> values{};
+};
+[[nodiscard]] WireSettings wire_settings(const Protection& e2e);
 
 }  // namespace trestle::describe

@@ -314,6 +314,76 @@ TEST(Compare, FindsWhatADescriptionOfIdsSaysOtherwise) {
   EXPECT_THAT(seen, Contains("transport"));
 }
 
+TEST(Compare, ComparesWhatAProtectionPutsOnTheWire) {
+  Model old = door();
+  Protection& e2e = service(old).events.front().e2e;
+  e2e = {.profile = "4", .numbers = {{"data_id", 0x1234}, {"max_delta_counter", 1}}};
+  // What the receiver tolerates, a default that is written down, and a profile of the same bytes.
+  for (const Protection& same :
+       {Protection{.profile = "4", .numbers = {{"data_id", 0x1234}, {"max_delta_counter", 9}}},
+        Protection{.profile = "4", .numbers = {{"data_id", 0x1234}, {"offset_bits", 64}}},
+        Protection{.profile = "4",
+        .numbers = {{"data_id", 0x1234}, {"window_size_valid", 5}},
+        .words = {{"payload_only", "false"}}},
+        Protection{.profile = "44", .numbers = {{"data_id", 0x1234}}}}) {
+    Model edited = door();
+    service(edited).events.front().e2e = same;
+    EXPECT_THAT(compare(old, edited), IsEmpty());
+  }
+  Model edited = door();
+  service(edited).events.front().e2e = {.profile = "4",
+                                        .numbers = {{"data_id", 0x1235}, {"offset_bits", 128}}};
+  const std::vector<Change> changes = compare(old, edited);
+  ASSERT_THAT(ids(changes), ElementsAre("protection"));
+  EXPECT_EQ(changes[0].before, "profile 4, data_id 0x1234, offset_bits 64");
+  EXPECT_EQ(changes[0].after, "profile 4, data_id 0x1235, offset_bits 128");
+  // The list is the same in whatever numbers it is written.
+  e2e = {.profile = "2", .numbers = {{"data_bits", 80}}, .words = {{"data_id_list", "0x10 2 3"}}};
+  service(edited).events.front().e2e = {.profile = "2", .words = {{"data_id_list", "16 2 3"}}};
+  EXPECT_THAT(compare(old, edited), IsEmpty());
+  service(edited).events.front().e2e.words["data_id_list"] = "16 2 4";
+  EXPECT_THAT(ids(compare(old, edited)), ElementsAre("protection"));
+}
+
+TEST(Compare, TakesWhatACaptureLeavesOpenForUnknown) {
+  Model full = door();
+  service(full).events.front().e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  service(full).events.front().transfer.segment_bytes = 1024;
+  service(full).events.front().eventgroups = {someip::EventgroupId{1}, someip::EventgroupId{2}};
+  service(full).fields.front().eventgroups = {someip::EventgroupId{1}};
+  Model seen = ids_of_door();
+  service(seen).fields.clear();
+  service(seen).events.front().observed_bytes = 7;
+  // The getter of a field alone.
+  service(seen).methods = {{.name = "method_0002", .id = someip::MethodId{2}, .observed_bytes = 3}};
+  service(seen).methods[0].request.known = service(seen).methods[0].response.known = false;
+  for (const std::vector<someip::EventgroupId>& groups :
+       {std::vector<someip::EventgroupId>{}, {someip::EventgroupId{2}}}) {
+    service(seen).events.front().eventgroups = groups;
+    EXPECT_THAT(ids(compare(full, seen)), IsEmpty());
+    EXPECT_THAT(ids(compare(seen, full)), IsEmpty());
+  }
+  service(seen).events.front().eventgroups = {someip::EventgroupId{3}};
+  EXPECT_THAT(ids(compare(full, seen)), ElementsAre("event-eventgroups"));
+}
+
+TEST(Compare, TakesAScopeInTheSpellingOfAnotherLanguageForTheSame) {
+  const auto named = [](std::string scope, std::vector<std::string> namespaces = {}) {
+    Model model = door();
+    service(model).scope = std::move(scope);
+    service(model).namespaces = std::move(namespaces);
+    return model;
+  };
+  EXPECT_THAT(compare(named("org.car"), named("/org/car")), IsEmpty());
+  EXPECT_THAT(compare(named("org.car"), named("/Services/Body", {"org", "car"})), IsEmpty());
+  EXPECT_THAT(compare(named("/org/car", {"a"}), named("org.car")), IsEmpty());
+  EXPECT_THAT(ids(compare(named("org.car"), named("/org/truck"))), ElementsAre("service-renamed"));
+  // Found by its name also where the id is another one.
+  Model other = named("/org/car");
+  service(other).id = someip::ServiceId{0x4321};
+  EXPECT_THAT(ids(compare(named("org.car"), other)), ElementsAre("service-id"));
+}
+
 TEST(Compare, EndsWithTypesThatContainThemselves) {
   Model old = door();
   old.at(list).element.type = list;
