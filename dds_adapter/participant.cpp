@@ -1,5 +1,7 @@
 #include "dds_adapter/participant.hpp"
 
+#include <algorithm>
+
 #include "dds_adapter/participant_core.hpp"
 #include "someip/wire/enumerator_name.hpp"
 
@@ -67,6 +69,12 @@ bool Participant::shares_memory() const {
 std::vector<std::string> Participant::buffers_not_granted() const {
   return core_->buffers_not_granted();
 }
+GuidPrefix participant_of(const Guid& endpoint) noexcept {
+  GuidPrefix result{};
+  std::copy_n(endpoint.begin(), result.size(), result.begin());
+  return result;
+}
+
 Vendor Participant::vendor(const Guid& endpoint) const {
   return core_->vendor(detail::to_fast(endpoint).guidPrefix);
 }

@@ -166,6 +166,10 @@ inline constexpr std::size_t default_max_sample_bytes = std::size_t{64} << 20U;
 /// Names a reader or writer: 12 bytes of its participant, then 4 of its own. All zero: none.
 using Guid = std::array<std::byte, 16>;
 
+/// Names a participant: what the GUIDs of all its readers and writers begin with.
+using GuidPrefix = std::array<std::byte, 12>;
+[[nodiscard]] GuidPrefix participant_of(const Guid& endpoint) noexcept;
+
 /// Names a sample: its writer, and its number among that one's, from 1.
 struct SampleId {
   Guid writer{};

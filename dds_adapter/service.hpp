@@ -40,7 +40,7 @@ struct ServiceConfig {
   std::string type;  ///< likewise: "example_interfaces/srv/AddTwoInts"
   RosForm form = RosForm::automatic;
   /// For a client: calls that wait for an answer. For a server: requests that wait for work(), and as many
-  /// replies that wait for their reader.
+  /// replies that wait for their reader; the participants of its clients share these places.
   std::size_t max_calls = 256;
   std::size_t max_sample_bytes = default_max_sample_bytes;  ///< the largest request or reply, as CDR
   /// How long a request or reply waits until its reader is found; discovery needs some milliseconds for that.
@@ -153,7 +153,7 @@ struct ServiceServerCounters {
   std::uint64_t dropped = 0;      ///< requests that came faster than work() was called
   std::uint64_t client_gone = 0;  ///< replies whose client has left
   std::uint64_t unmatched = 0;    ///< replies whose client's reader was not found in time
-  std::uint64_t too_many = 0;     ///< replies for which there was no room to wait
+  std::uint64_t too_many = 0;     ///< replies for which there was no room to wait, or not any longer
   std::uint64_t not_written = 0;  ///< replies that DDS refused
   ReaderCounters reader;
   WriterCounters writer;

@@ -11,7 +11,6 @@ namespace detail {
 namespace {
 
 constexpr std::size_t encapsulation_size = 4;
-constexpr std::size_t prefix_bytes = 12;  // of a GUID: its participant
 
 bool is_little_endian(ByteView encapsulation) {
   return encapsulation[1] == std::byte{1};
@@ -78,7 +77,7 @@ std::vector<std::byte> joined(std::span<const ByteView> slices) {
 }
 
 bool same_participant(const Guid& left, const Guid& right) noexcept {
-  return std::equal(left.begin(), left.begin() + prefix_bytes, right.begin());
+  return participant_of(left) == participant_of(right);
 }
 
 RosForm form_of(RosForm configured, Vendor peer) noexcept {

@@ -3,6 +3,7 @@
 #include <set>
 #include <utility>
 
+#include "dds_adapter/client_places.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "dds_adapter/service_end.hpp"
 #include "dds_adapter/service_form.hpp"
@@ -26,7 +27,12 @@ struct ServiceServer::State {
 
   State(Participant& joined_with, const ServiceConfig& what, std::function<void()> wake_owner,
         Handler handler)
-      : participant{joined_with}, config{what}, wake{std::move(wake_owner)}, on_request{std::move(handler)} {}
+      : participant{joined_with},
+        config{what},
+        wake{std::move(wake_owner)},
+        on_request{std::move(handler)},
+        waiting{what.max_calls},
+        requests{what.max_calls} {}
 
   void open() {
     const Qos qos = detail::service_qos(config);
@@ -76,14 +82,13 @@ struct ServiceServer::State {
   }
 
   void take(Sample sample) {
-    const RosForm form = detail::form_of(config.form, participant.vendor(sample.id().writer));
+    const Guid sender = sample.id().writer;
+    const RosForm form = detail::form_of(config.form, participant.vendor(sender));
+    std::optional<Request> dropped;  // whose memory DDS gets back when nothing is locked
     {
       const std::lock_guard lock{mutex};
-      if (requests.size() >= config.max_calls) {
-        ++counters.dropped;
-        return;
-      }
-      requests.push_back({std::move(sample), form});
+      dropped = requests.add(participant_of(sender), {std::move(sample), form});
+      counters.dropped += dropped ? 1 : 0;
     }
     wake();
   }
@@ -149,13 +154,13 @@ struct ServiceServer::State {
   const ServiceConfig config;
   detail::WakeOnce wake;
   const Handler on_request;
-  std::vector<Waiting> waiting;
+  detail::ClientPlaces<Waiting> waiting;
   std::optional<TimePoint> look_again;  ///< when to check again whether replies reach the clients
 
   mutable std::mutex mutex;  ///< of what follows
   std::set<Guid> request_writers;
   detail::FoundReaders reply_readers;
-  std::vector<Request> requests;
+  detail::ClientPlaces<Request> requests;
   ServiceServerCounters counters;
 
   // Last: their destructors wait for callbacks, which use the above.
@@ -181,25 +186,24 @@ void ServiceServer::reply(const RequestId& id, std::span<const ByteView> slices,
       state.count(&ServiceServerCounters::client_gone);
       return;
     case State::Client::not_yet:
-      if (state.waiting.size() >= state.config.max_calls) {
+      if (state.waiting.add(participant_of(id.request.writer),
+                            {id, detail::joined(slices), now + state.config.match_timeout})) {
         state.count(&ServiceServerCounters::too_many);
-        return;
       }
-      state.waiting.push_back({id, detail::joined(slices), now + state.config.match_timeout});
       return;
   }
 }
 
 void ServiceServer::work(TimePoint now) {
   State& state = *state_;
-  std::vector<State::Request> requests;
+  detail::ClientPlaces<State::Request> requests{state.config.max_calls};
   state.wake.awake();
   {
     const std::lock_guard lock{state.mutex};
-    requests.swap(state.requests);
+    std::swap(requests, state.requests);
   }
   state.look_again = detail::look_at(state.reply_readers, state.mutex, *state.writer, now);
-  std::erase_if(state.waiting, [&](const State::Waiting& waiting) {
+  state.waiting.erase_if([&](const State::Waiting& waiting) {
     const State::Client client = state.find(waiting.id);
     if (client == State::Client::there) {
       const ByteView reply = waiting.reply;
@@ -213,15 +217,17 @@ void ServiceServer::work(TimePoint now) {
     }
     return true;
   });
-  for (State::Request& request : requests) {
+  for (State::Request& request : requests.take_all()) {
     state.hand_over(std::move(request));
   }
 }
 
 std::optional<TimePoint> ServiceServer::deadline() const {
-  const auto first = std::ranges::min_element(state_->waiting, {}, &State::Waiting::give_up);
-  return first == state_->waiting.end() ? state_->look_again
-                                        : detail::earlier(state_->look_again, first->give_up);
+  const auto& waiting = state_->waiting.all();
+  const auto first =
+      std::ranges::min_element(waiting, {}, [](const auto& one) { return one.second.give_up; });
+  return first == waiting.end() ? state_->look_again
+                                : detail::earlier(state_->look_again, first->second.give_up);
 }
 
 ServiceServerCounters ServiceServer::counters() const {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <map>
 
 #include "dds_adapter/ros_names.hpp"
 #include "test/dds_adapter/service_driver.hpp"
@@ -345,6 +346,61 @@ TEST_F(Service, DropsRequestsThatComeFasterThanTheyAreTaken) {
   ASSERT_TRUE(eventually([&] { return server.counters().dropped == 3; }));
   driver_.work();
   EXPECT_EQ(server.counters().requests, 2U);
+}
+
+TEST_F(Service, SharesThePlacesOfRequestsAmongParticipants) {
+  ServiceConfig small = add_service();
+  small.max_calls = 4;
+  std::map<Guid, int> came;
+  ServiceServer& server = driver_.server(
+      there_, small, [&](const RequestId& id, const ServiceMessage&) { ++came[id.request.writer]; });
+  Participant third{config()};
+  const auto writer_of = [](Participant& participant) {
+    return participant.create_writer(ros_request_topic("/add"), request_type, {.depth = 20});
+  };
+  Writer greedy = writer_of(here_);
+  Writer its_other = writer_of(here_);
+  Writer modest = writer_of(third);
+  ASSERT_TRUE(
+      eventually([&] { return greedy.matched() == 1 && its_other.matched() == 1 && modest.matched() == 1; }));
+  const auto dropped = [&](std::uint64_t count) {
+    return eventually([&] { return server.counters().dropped == count; });
+  };
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(greedy.write(numbers({1, 2})));
+  }
+  ASSERT_TRUE(dropped(6));
+  ASSERT_TRUE(modest.write(numbers({1, 2})));
+  ASSERT_TRUE(dropped(7)) << "one of the other, in its place";
+  ASSERT_TRUE(its_other.write(numbers({1, 2})));
+  ASSERT_TRUE(dropped(8)) << "a process has no more for having more clients";
+  driver_.work();
+  EXPECT_EQ(came[greedy.guid()], 3);
+  EXPECT_EQ(came[its_other.guid()], 0);
+  EXPECT_EQ(came[modest.guid()], 1);
+}
+
+TEST_F(Service, SharesThePlacesOfRepliesThatWaitAmongParticipants) {
+  ServiceConfig small = add_service();
+  small.max_calls = 4;
+  ServiceServer& server = driver_.adder(there_, small);
+  Participant third{config()};
+  // No reader for the replies is there yet.
+  Writer greedy = here_.create_writer(ros_request_topic("/add"), request_type, {});
+  Writer modest = third.create_writer(ros_request_topic("/add"), request_type, {});
+  ASSERT_TRUE(eventually([&] { return greedy.matched() == 1 && modest.matched() == 1; }));
+  for (std::uint64_t i = 1; i <= 4; ++i) {
+    ASSERT_TRUE(greedy.write(numbers({1, 2})));
+    ASSERT_TRUE(driver_.until([&] { return server.counters().requests == i; }));
+  }
+  ASSERT_TRUE(modest.write(numbers({40, 2})));
+  ASSERT_TRUE(driver_.until([&] { return server.counters().too_many == 1; })) << "of the other";
+  Inbox<std::string> replies;
+  const Reader reader = third.create_reader(ros_reply_topic("/add"), reply_type, {},
+                                            [&](const Sample& sample) { replies.put(to_hex(sample.cdr())); });
+  ASSERT_TRUE(driver_.until([&] { return replies.size() == 1; }));
+  EXPECT_EQ(replies.take()[0], "000100002a00000000000000");
+  EXPECT_EQ(server.counters().replies, 1U);
 }
 
 TEST_F(Service, NeedsNoWorkButWhenItWakesItsOwner) {

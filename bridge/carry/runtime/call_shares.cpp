@@ -5,13 +5,13 @@
 
 namespace trestle::carry {
 
-CallShares::Caller* CallShares::find(const IpAddress& caller) {
-  const auto found = std::ranges::find(callers_, caller, &Caller::address);
+CallShares::Caller* CallShares::find(const CallerKey& caller) {
+  const auto found = std::ranges::find(callers_, caller, &Caller::key);
   return found == callers_.end() ? nullptr : &*found;
 }
 
 // In place of who has been silent for the longest, and has nothing waiting; null when all have.
-CallShares::Caller* CallShares::add(const IpAddress& caller) {
+CallShares::Caller* CallShares::add(const CallerKey& caller) {
   if (callers_.size() < most_callers) {
     return &callers_.emplace_back(Caller{caller});
   }
@@ -25,7 +25,7 @@ CallShares::Caller* CallShares::add(const IpAddress& caller) {
   return &*oldest;
 }
 
-bool CallShares::take(const IpAddress& caller, TimePoint now) {
+bool CallShares::take(const CallerKey& caller, TimePoint now) {
   std::erase_if(callers_, [&](const Caller& one) { return one.waiting == 0 && now - one.last >= lately; });
   Caller* const known = find(caller);
   Caller* const its = known != nullptr ? known : add(caller);
@@ -43,7 +43,14 @@ bool CallShares::take(const IpAddress& caller, TimePoint now) {
   return true;
 }
 
-void CallShares::give_back(const IpAddress& caller) {
+void CallShares::take_over(const CallerKey& caller) {
+  ++waiting_;
+  if (Caller* const its = find(caller); its != nullptr) {
+    ++its->waiting;
+  }
+}
+
+void CallShares::give_back(const CallerKey& caller) {
   --waiting_;
   if (Caller* const its = find(caller); its != nullptr && its->waiting > 0) {
     --its->waiting;

@@ -10,11 +10,13 @@
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/bridge_mark.hpp"
+#include "bridge/carry/runtime/call_shares.hpp"
 #include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
+#include "bridge/messages/values/byte_text.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -31,6 +33,17 @@ bool is_return_code(const boost::system::error_code& error) {
 bool is_certain(const boost::system::error_code& error) {
   return error != sd::CallFault::timed_out && error != someip::ReturnCode::timeout &&
          error != someip::ReturnCode::not_reachable;
+}
+
+CallerKey client_of(const dds::RequestId& id) {
+  return dds::participant_of(id.request.writer);
+}
+
+// As the log has peers that are found.
+std::string hex_of_participant(const dds::RequestId& id) {
+  std::string digits;
+  messages::append_hex(digits, dds::participant_of(id.request.writer));
+  return digits;
 }
 
 // Whether a refused value is answered with one that the server has told before.
@@ -75,6 +88,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
               }
             },
             [this] { return server_ ? server_->deadline() : std::nullopt; })},
+        shares_{method.max_calls},
         updates_{context.clock, [this] { return update(); }} {
     if (method.notifier && context.values != nullptr) {
       context.values->tell(method.service, method.instance, *method.notifier,
@@ -134,6 +148,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                         {"looped", loop_.looped(), loss},
                         {"dds_from_bridge", ros.reader.from_bridge, loss},
                         {"too_many", too_many_, loss},
+                        {"over_share", over_share_, loss},
                         {"unavailable", unavailable_, loss},
                         {"timed_out", timed_out_, loss},
                         {"not_sent", not_sent_, loss},
@@ -265,35 +280,75 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
       fail(id, "this route seems to loop", true);
       return;
     }
-    if (outstanding_ >= method_.max_calls) {
-      ++too_many_;
-      fail(id, "as many as `max_calls` wait for an answer", true);
-      return;
-    }
-    const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
-    if (!converted) {
-      ++not_convertible_;
-      fail(id, "the request cannot be converted: " + to_string(converted.error()), true);
-      return;
-    }
-    if (converted->bytes > method_.tp.max_message) {
-      ++too_large_;
-      fail(id, "the request is larger than `max_message`", true);
-      return;
-    }
-    std::vector<std::byte> payload = joined(*converted);
     if (method_.fire_and_forget) {
-      tell(id, payload);
+      if (const auto payload = payload_of(id, request)) {
+        tell(id, *payload);
+      }
       return;
     }
-    ++outstanding_;
-    std::vector<std::byte> wanted = keeps_value(method_) ? payload : std::vector<std::byte>{};
+    // Before the conversion: who asks without end is to cost little.
+    if (!takes_place(id)) {
+      return;
+    }
+    auto payload = payload_of(id, request);
+    if (!payload) {
+      give_place_back(id);
+      return;
+    }
+    std::vector<std::byte> wanted = keeps_value(method_) ? *payload : std::vector<std::byte>{};
     proxy_->call({.method = method_.method,
                   .timeout = method_.timeout,
                   .transport = method_.transport,
                   .instance = chosen_,
                   .pacing = method_.tp},
-                 std::move(payload), ends(), {.id = id, .wanted = std::move(wanted)});
+                 std::move(*payload), ends(), {.id = id, .wanted = std::move(wanted)});
+  }
+
+  /// Whether a call may wait for its answer; it does, then. If not, it is refused.
+  [[nodiscard]] bool takes_place(const dds::RequestId& id) {
+    const bool has_room = outstanding_ < method_.max_calls;
+    // Asked in any case: a client that is refused counts among those that want a share.
+    const bool may_wait = shares_.take(client_of(id), context_.clock.now());
+    if (has_room && may_wait) {
+      ++outstanding_;
+      return true;
+    }
+    if (may_wait) {
+      shares_.give_back(client_of(id));
+    }
+    if (has_room) {
+      ++over_share_;
+      fail(id,
+           fmt::format("participant {} has its share of `max_calls`, {} of {} wait", hex_of_participant(id),
+                       outstanding_, method_.max_calls),
+           true);
+    } else {
+      ++too_many_;
+      fail(id, "as many as `max_calls` wait for an answer", true);
+    }
+    return false;
+  }
+
+  void give_place_back(const dds::RequestId& id) {
+    --outstanding_;
+    shares_.give_back(client_of(id));
+  }
+
+  /// The request in SOME/IP; nothing: it was refused.
+  std::optional<std::vector<std::byte>> payload_of(const dds::RequestId& id,
+                                                   const dds::ServiceMessage& request) {
+    const auto converted = plans_.request.cdr_to_someip(request.cdr(), scratch_);
+    if (!converted) {
+      ++not_convertible_;
+      fail(id, "the request cannot be converted: " + in_words(converted.error(), request.cdr()), true);
+      return std::nullopt;
+    }
+    if (converted->bytes > method_.tp.max_message) {
+      ++too_large_;
+      fail(id, "the request is larger than `max_message`", true);
+      return std::nullopt;
+    }
+    return joined(*converted);
   }
 
   // ROS clients wait for an answer also where the method has none: they get the defaults of the response.
@@ -312,7 +367,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
   void on_response(const Caller& caller, boost::system::error_code error,
                    const sd::Response& response) override {
-    --outstanding_;
+    give_place_back(caller.id);
     if (!caller.refusal.empty()) {
       on_value(caller, error, response);
       return;
@@ -373,6 +428,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
   void ask_getter(const dds::RequestId& id, const std::string& refusal) {
     ++outstanding_;
+    shares_.take_over(client_of(id));
     proxy_->call({.method = method_.getter->id,
                   .timeout = method_.timeout,
                   .transport = method_.transport,
@@ -402,7 +458,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
     const auto sample = plans_.response.someip_to_cdr(payload, scratch_);
     if (!sample) {
       ++answers_not_convertible_;
-      fail(id, "the answer cannot be converted: " + to_string(sample.error()), false);
+      fail(id, "the answer cannot be converted: " + in_words(sample.error(), payload, method_.rules.payload),
+           false);
       return;
     }
     ++answered_;
@@ -446,9 +503,11 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   std::uint64_t received_ = 0;
   std::uint64_t answered_ = 0;
   std::size_t outstanding_ = 0;
+  CallShares shares_;  ///< of those
   std::uint64_t not_convertible_ = 0;
   std::uint64_t too_large_ = 0;
   std::uint64_t too_many_ = 0;
+  std::uint64_t over_share_ = 0;
   std::uint64_t unavailable_ = 0;
   std::uint64_t timed_out_ = 0;
   std::uint64_t not_sent_ = 0;

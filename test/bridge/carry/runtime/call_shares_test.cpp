@@ -12,17 +12,21 @@ IpAddress host(int number) {
                        static_cast<std::uint8_t>(number % 250));
 }
 
+CallerKey participant(int number) {
+  return dds::GuidPrefix{std::byte{1}, static_cast<std::byte>(number)};
+}
+
 class CallSharesTest : public testing::Test {
  protected:
   /// How many of so many calls may wait.
-  std::size_t calls(const IpAddress& caller, std::size_t count) {
+  std::size_t calls(const CallerKey& caller, std::size_t count) {
     std::size_t taken = 0;
     for (std::size_t i = 0; i < count; ++i) {
       taken += shares.take(caller, now) ? 1 : 0;
     }
     return taken;
   }
-  void end(const IpAddress& caller, std::size_t count) {
+  void end(const CallerKey& caller, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       shares.give_back(caller);
     }
@@ -45,6 +49,23 @@ TEST_F(CallSharesTest, KeepAShareForWhoHasCalledLately) {
   end(host(2), 1);
   EXPECT_EQ(calls(host(1), 1), 0U) << "not the place of the other";
   EXPECT_EQ(calls(host(2), 1), 1U);
+}
+
+TEST_F(CallSharesTest, AreOfParticipantsAsOfAddresses) {
+  EXPECT_EQ(calls(participant(2), 1), 1U);
+  end(participant(2), 1);
+  EXPECT_EQ(calls(participant(1), 1000), 50U);
+  EXPECT_EQ(calls(participant(2), 1000), 50U);
+}
+
+TEST_F(CallSharesTest, CountACallThatFollowsOnAnother) {
+  EXPECT_EQ(calls(host(2), 1), 1U);
+  EXPECT_EQ(calls(host(1), 1000), 50U);
+  end(host(1), 1);
+  shares.take_over(host(1));
+  EXPECT_EQ(calls(host(1), 1), 0U);
+  end(host(1), 1);
+  EXPECT_EQ(calls(host(1), 2), 1U);
 }
 
 TEST_F(CallSharesTest, ForgetWhoDoesNotCallAnyMore) {

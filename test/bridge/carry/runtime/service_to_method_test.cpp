@@ -6,6 +6,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using testing::MatchesRegex;
 using testing::SizeIs;
 using namespace std::chrono_literals;
 
@@ -25,6 +26,23 @@ class ServiceToMethodTest : public RouteTest {
     work();
   }
   void request(const Bytes& cdr) { dds_.on_request({}, dds::ServiceMessage{cdr}); }
+  /// A request of one of the clients of a participant. Gives how many have been put to the SOME/IP service.
+  std::size_t request_of(std::uint8_t participant, std::uint8_t client = 0) {
+    dds::RequestId id;
+    id.request.writer.front() = static_cast<std::byte>(participant);
+    id.request.writer.back() = static_cast<std::byte>(client);
+    dds_.on_request(id, dds::ServiceMessage{on_cdr});
+    return someip_.called.size();
+  }
+  /// The `message` of the last answer.
+  std::string said() const {
+    const Bytes& reply = dds_.replies.back();
+    std::string text;
+    for (std::size_t i = 12; i + 1 < reply.size() && reply[i] != std::byte{0}; ++i) {
+      text += static_cast<char>(reply[i]);
+    }
+    return text;
+  }
 };
 
 TEST_F(ServiceToMethodTest, CarriesACallAndItsAnswer) {
@@ -49,9 +67,21 @@ TEST_F(ServiceToMethodTest, CountsAndAnswersWhatCannotBeConverted) {
   EXPECT_EQ(count("failures_answered"), 1U);
   ASSERT_THAT(dds_.replies, SizeIs(1));
   EXPECT_EQ(dds_.replies.front()[4], std::byte{0}) << "no success";
+  EXPECT_EQ(count("in_flight"), 0U);
   request(on_cdr);
   someip_.respond(0, {}, hex("01"));
   EXPECT_EQ(count("answers_not_convertible"), 1U);
+}
+
+TEST_F(ServiceToMethodTest, TellsWhatStandsInTheWayOfAConversion) {
+  start_there();
+  request(hex("00010000 07"));
+  EXPECT_THAT(said(), MatchesRegex("the request cannot be converted: .* \\(of 5 bytes; there stands 07\\)"));
+  request(on_cdr);
+  someip_.respond(0, {}, hex("01 00000005 68656c6c6f"));
+  EXPECT_THAT(said(),
+              MatchesRegex("the answer cannot be converted: .* \\(of 10 bytes; there stands .*68 65 6c.*"
+                           "without a byte order mark: write `wire: \\{string_bom: false\\}`"));
 }
 
 TEST_F(ServiceToMethodTest, RefusesMoreCallsThanMayWait) {
@@ -65,6 +95,75 @@ TEST_F(ServiceToMethodTest, RefusesMoreCallsThanMayWait) {
   someip_.respond(0, {}, done);
   request(on_cdr);
   EXPECT_THAT(someip_.called, SizeIs(3));
+}
+
+TEST_F(ServiceToMethodTest, LetsNoParticipantTakeAllPlaces) {
+  settings().max_calls = 8;
+  start_there();
+  request_of(2);
+  someip_.respond(0, {}, done);
+  dds_.replies.clear();
+  for (std::uint8_t i = 0; i < 100; ++i) {
+    request_of(1, i);  // each of another client of it
+  }
+  EXPECT_EQ(count("in_flight"), 4U);
+  EXPECT_EQ(count("over_share"), 96U);
+  EXPECT_EQ(count("too_many"), 0U);
+  EXPECT_THAT(dds_.replies, SizeIs(96)) << "each is told so";
+  EXPECT_EQ(said(), "participant 010000000000000000000000 has its share of `max_calls`, 4 of 8 wait");
+  EXPECT_EQ(request_of(2), 6U) << "of the other";
+  someip_.respond(1, {}, done);
+  EXPECT_EQ(request_of(1), 7U) << "a place that it had";
+}
+
+TEST_F(ServiceToMethodTest, GivesWhoComesLateThePlacesThatBecomeFree) {
+  settings().max_calls = 4;
+  start_there();
+  for (int i = 0; i < 10; ++i) {
+    request_of(1);
+  }
+  EXPECT_EQ(count("in_flight"), 4U) << "all, while it is alone";
+  EXPECT_EQ(count("too_many"), 6U);
+  EXPECT_EQ(request_of(2), 4U);
+  EXPECT_EQ(said(), "as many as `max_calls` wait for an answer");
+  someip_.respond(0, {}, done);
+  EXPECT_EQ(request_of(1), 4U) << "kept for the other";
+  EXPECT_EQ(request_of(2), 5U);
+}
+
+TEST_F(ServiceToMethodTest, LeavesNoPlaceTakenByWhatIsNotConvertible) {
+  settings().max_calls = 4;
+  start_there();
+  for (int i = 0; i < 10; ++i) {
+    request(hex("00010000 07"));
+  }
+  EXPECT_EQ(count("not_convertible"), 10U);
+  for (int i = 0; i < 4; ++i) {
+    request(on_cdr);
+  }
+  EXPECT_THAT(someip_.called, SizeIs(4));
+}
+
+// A setter whose value is refused, and whose call goes on as one of the getter.
+TEST_F(ServiceToMethodTest, CountsACallOfTheGetterAsThatOfTheSetter) {
+  settings().max_calls = 4;
+  settings().type = "std_msgs_fields/srv/SetBool";
+  settings().value_type = "std_msgs/msg/Bool";
+  settings().access = messages::FieldAccess::set;
+  settings().getter.emplace().id = someip::MethodId{0x22};
+  start_there();
+  request_of(2);
+  someip_.respond(0, {}, on);
+  EXPECT_EQ(request_of(1), 2U);
+  EXPECT_EQ(request_of(1), 3U);
+  someip_.respond(1, make_error_code(someip::ReturnCode::not_ok), {});
+  ASSERT_THAT(someip_.called, SizeIs(4));
+  EXPECT_EQ(someip_.called.back().spec.method, someip::MethodId{0x22});
+  EXPECT_EQ(count("in_flight"), 2U);
+  EXPECT_EQ(request_of(1), 4U) << "it has its share";
+  someip_.respond(3, {}, on);
+  EXPECT_EQ(count("in_flight"), 1U);
+  EXPECT_EQ(request_of(1), 5U);
 }
 
 TEST_F(ServiceToMethodTest, CountsByTheirReasonsCallsThatFail) {
