@@ -171,12 +171,6 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
   return false;
 }
 
-// Whether it has said so much that means nothing that no more of it is looked at.
-bool ServiceDiscovery::is_too_fast(std::uint16_t peer, TimePoint now) const noexcept {
-  const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
-  return peers_[peer].entries.is_used_up(now, pause, settings_.max_entries_at_once);
-}
-
 // Where others had to make room for a client, it is sent an Offer after a time that nobody can foresee.
 // Clients answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is
 // no passer-by: a flood from ever other addresses does not displace it any more.

@@ -13,7 +13,7 @@ class RateLimit {
   [[nodiscard]] bool take(TimePoint now, Duration pause, std::uint32_t at_once,
                           std::uint32_t cost = 1) noexcept {
     if constexpr (guards) {
-      const TimePoint next = after(now, pause, cost);
+      const TimePoint next = (is_due(free_at_, now) ? now : free_at_) + pause * cost;
       if (!is_due(next, now + pause * at_once)) {
         return false;
       }
@@ -21,16 +21,8 @@ class RateLimit {
     }
     return true;
   }
-  /// Whether one more would be too many now.
-  [[nodiscard]] bool is_used_up(TimePoint now, Duration pause, std::uint32_t at_once) const noexcept {
-    return guards && !is_due(after(now, pause, 1), now + pause * at_once);
-  }
 
  private:
-  [[nodiscard]] TimePoint after(TimePoint now, Duration pause, std::uint32_t cost) const noexcept {
-    return (is_due(free_at_, now) ? now : free_at_) + pause * cost;
-  }
-
   TimePoint free_at_{};  // when all that has come would be over, had it come at the allowed pace
 };
 

@@ -344,13 +344,11 @@ void ServiceDiscovery::tell_available(slots::Requirement& requirement, const slo
 }
 
 void ServiceDiscovery::on_stop_offer(const Entry& entry, const Arrival& arrival) noexcept {
-  // In a flood not each is worth a search. What means nothing counts, too.
-  if (guards && is_too_fast(arrival.peer, arrival.now)) {
-    static_cast<void>(may_go_on(arrival.peer, 1, arrival.now));
-    return;
+  if (!may_go_on(arrival.peer, 1, arrival.now)) {
+    return;  // in a flood not each is worth a search
   }
   slots::Remote* const remote = remote_of(entry, name_in(entry, arrival));
-  if (!may_go_on(arrival.peer, 1, arrival.now) || remote == nullptr || remote->peer != arrival.peer) {
+  if (remote == nullptr || remote->peer != arrival.peer) {
     return;
   }
   lose(*remote, LossReason::stopped, arrival.now);  // [feat_req_someipsd_831]

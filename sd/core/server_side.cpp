@@ -422,6 +422,7 @@ TRESTLE_ONCE void keep_needed(EntryOptions& options, const Eventgroup& eventgrou
 
 }  // namespace
 
+// Ends of subscriptions, too.
 void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
   if (arrival.via_multicast) {
     count(counters_.ignored_wrong_transport);  // [feat_req_someipsd_818]
@@ -429,6 +430,9 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   }
   if (!may_go_on(arrival.peer, 1, arrival.now)) {
     return;
+  }
+  if (entry.kind() == EntryKind::stop_subscribe_eventgroup) {
+    return on_stop_subscribe(entry, arrival);
   }
   if (pending_.free_places() == 0 || event_places() == 0) {
     refuse(pending_.free_places() == 0 ? Limit::pending_entries : Limit::pending_events);
@@ -583,31 +587,19 @@ void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry
 
 // Never answered.  [feat_req_someipsd_1297]
 void ServiceDiscovery::on_stop_subscribe(const Entry& entry, const Arrival& arrival) noexcept {
-  if (arrival.via_multicast) {
-    count(counters_.ignored_wrong_transport);
-    return;
-  }
-  // A flood of those that mean nothing is not worth a search.
-  if (guards && (peers_[arrival.peer].subscribers == 0 ||
-                 (is_too_fast(arrival.peer, arrival.now) && !may_go_on(arrival.peer, 1, arrival.now)))) {
-    return;
-  }
   auto options = read_options(arrival.message, entry, rules_);
   if (!options) {
     count(counters_.ignored_bad_options);
     return;
   }
-  slots::Subscriber* slot = nullptr;
   const slots::Offer* const offer = offered(entry, arrival);
-  if (const Eventgroup* const eventgroup =
-          offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr) {
-    keep_needed(*options, *eventgroup);
-    slot = subscription_of(*offer, entry, arrival.peer, *options);
+  const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
+  if (eventgroup == nullptr) {
+    return;
   }
-  if (slot != nullptr) {
+  keep_needed(*options, *eventgroup);
+  if (slots::Subscriber* const slot = subscription_of(*offer, entry, arrival.peer, *options)) {
     lose(*slot, LossReason::stopped);
-  } else {
-    static_cast<void>(may_go_on(arrival.peer, 1, arrival.now));
   }
 }
 

@@ -307,9 +307,8 @@ void ServiceDiscovery::on_entry(const Entry& entry, const Arrival& arrival) noex
     case EntryKind::stop_offer_service:
       return on_stop_offer(entry, arrival);
     case EntryKind::subscribe_eventgroup:
-      return on_subscribe(entry, arrival);
     case EntryKind::stop_subscribe_eventgroup:
-      return on_stop_subscribe(entry, arrival);
+      return on_subscribe(entry, arrival);
     case EntryKind::subscribe_eventgroup_ack:
     case EntryKind::subscribe_eventgroup_nack:
       return on_ack(entry, arrival);

@@ -491,7 +491,6 @@ class ServiceDiscovery {
     return !guards || within_rate(peer, cost, now);
   }
   [[nodiscard]] bool within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept;
-  [[nodiscard]] bool is_too_fast(std::uint16_t peer, TimePoint now) const noexcept;
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 
