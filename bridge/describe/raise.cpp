@@ -23,28 +23,6 @@ using messages::TypeRules;
 using someip::FieldWidth;
 using Form = TypeRules::Form;
 
-bool is_alike(const Value& a, const Value& b) {
-  return a.name == b.name && a.type == b.type && a.wire == b.wire && a.tag == b.tag &&
-         a.optional == b.optional && a.default_value == b.default_value;
-}
-
-bool is_alike(const std::vector<Enumerator>& a, const std::vector<Enumerator>& b) {
-  return std::ranges::equal(
-      a, b, [](const Enumerator& x, const Enumerator& y) { return x.name == y.name && x.value == y.value; });
-}
-
-/// Whether the two are one type: of one message, or both without a name, and with the same bytes.
-bool is_alike(const Type& a, const Type& b) {
-  return a.kind == b.kind && a.ros_name == b.ros_name && a.name == b.name && a.primitive == b.primitive &&
-         a.wire == b.wire && a.min_size == b.min_size && a.max_size == b.max_size &&
-         a.fixed_size == b.fixed_size && a.scope == b.scope && is_alike(a.enumerators, b.enumerators) &&
-         a.invalid_value == b.invalid_value && a.minimum == b.minimum && a.maximum == b.maximum &&
-         a.selectors == b.selectors && a.base == b.base && is_alike(a.element, b.element) &&
-         is_alike(a.key, b.key) &&
-         std::ranges::equal(a.members, b.members,
-                            [](const Value& x, const Value& y) { return is_alike(x, y); });
-}
-
 /// The constants of a message that are enumerators of its fields: those of each "GEAR_", the longest one that
 /// a constant begins with.
 class Enumerations {
@@ -142,9 +120,9 @@ class Enumerations {
 /// its type says, else what the payload does.
 class Raising {
  public:
-  Raising(Model& model, const messages::TypeTree& tree, const MessageRules& rules,
+  Raising(RaisedTypes& types, const messages::TypeTree& tree, const MessageRules& rules,
           std::vector<std::string>& lost, const messages::MessageDefinition* beside = nullptr)
-      : model_{model}, tree_{tree}, rules_{rules}, lost_{lost}, beside_{beside} {}
+      : types_{types}, model_{types.model()}, tree_{tree}, rules_{rules}, lost_{lost}, beside_{beside} {}
 
   Value root(std::string name) {
     const messages::MessageDefinition& definition = tree_.root();
@@ -192,7 +170,7 @@ class Raising {
           value_of(model_, primitive(Primitive::uint8), "structure_needs_at_least_one_member"));
     }
     constants(definition);
-    const TypeIndex index = add_once(std::move(type));
+    const TypeIndex index = types_.add_once(std::move(type));
     known_.emplace(std::pair{key, selectors}, index);
     return index;
   }
@@ -223,7 +201,7 @@ class Raising {
       array.wire.length = is_bits ? FieldWidth::none
                                   : rules.array_length.value_or(is_fixed ? rules_.payload.fixed_array_length
                                                                          : rules_.payload.array_length);
-      value = value_of(model_, add_once(std::move(array)), {});
+      value = value_of(model_, types_.add_once(std::move(array)), {});
     }
     value.name = field.name;
     value.default_value = field.default_value;
@@ -290,18 +268,11 @@ class Raising {
     }
     if (name.empty()) {
       type.scope.clear();
-      return known->second = add_once(std::move(type));
+      return known->second = types_.add_once(std::move(type));
     }
     // One of the same name with other enumerators is another one.
-    for (unsigned number = 1;; ++number) {
-      type.name = std::string{name} + (number == 1 ? "" : std::to_string(number));
-      const auto same = std::ranges::find_if(model_.types, [&](const Type& one) {
-        return one.kind == Kind::enumeration && one.name == type.name && one.scope == type.scope;
-      });
-      if (same == model_.types.end() || is_alike(same->enumerators, type.enumerators)) {
-        return known->second = add_once(std::move(type));
-      }
-    }
+    type.name = types_.enumeration_name(type.scope, std::string{name}, type.enumerators);
+    return known->second = types_.add_once(std::move(type));
   }
 
   const Enumerations& enumerations_of(const messages::MessageDefinition& definition) {
@@ -380,7 +351,7 @@ class Raising {
   }
 
   void constants(const messages::MessageDefinition& definition) {
-    if (std::ranges::find(model_.constants, definition.name, &Constant::scope) != model_.constants.end()) {
+    if (types_.has_constants(definition.name)) {
       return;
     }
     const Enumerations& enumerations = enumerations_of(definition);
@@ -398,35 +369,17 @@ class Raising {
   }
 
   TypeIndex primitive(Primitive primitive) {
-    return add_once({.kind = Kind::primitive, .primitive = primitive});
+    return types_.add_once({.kind = Kind::primitive, .primitive = primitive});
   }
 
   TypeIndex text(Primitive primitive, std::uint32_t bound, const Wire& wire) {
-    return add_once({.kind = Kind::string,
-                     .ros_name = primitive == Primitive::wstring ? "wstring" : "",
-                     .wire = wire,
-                     .max_size = bound});
+    return types_.add_once({.kind = Kind::string,
+                            .ros_name = primitive == Primitive::wstring ? "wstring" : "",
+                            .wire = wire,
+                            .max_size = bound});
   }
 
-  TypeIndex add_once(Type type) {
-    const auto found =
-        std::ranges::find_if(model_.types, [&](const Type& one) { return is_alike(one, type); });
-    if (found != model_.types.end()) {
-      return TypeIndex{static_cast<std::uint32_t>(found - model_.types.begin())};
-    }
-    if (!type.name.empty()) {
-      // The same message, map or enumeration with other rules.
-      const auto first = std::ranges::find_if(model_.types, [&](const Type& one) {
-        return (one.kind == type.kind || !type.ros_name.empty()) && one.ros_name == type.ros_name &&
-               one.name == type.name && one.scope == type.scope;
-      });
-      if (first != model_.types.end()) {
-        type.variant_of = TypeIndex{static_cast<std::uint32_t>(first - model_.types.begin())};
-      }
-    }
-    return model_.add(std::move(type));
-  }
-
+  RaisedTypes& types_;
   Model& model_;
   const messages::TypeTree& tree_;
   const MessageRules& rules_;
@@ -471,32 +424,32 @@ Value value_of(const Model& model, TypeIndex type, std::string name) {
   return value;
 }
 
-TypeIndex raise(Model& model, const messages::TypeTree& tree) {
+TypeIndex raise(RaisedTypes& types, const messages::TypeTree& tree) {
   std::vector<std::string> lost;
-  return Raising{model, tree, {}, lost}.root({}).type;
+  return Raising{types, tree, {}, lost}.root({}).type;
 }
 
-Payload raise(Model& model, const messages::TypeTree& tree, const MessageRules& rules, std::string name,
+Payload raise(RaisedTypes& types, const messages::TypeTree& tree, const MessageRules& rules, std::string name,
               std::vector<std::string>& lost) {
   Payload payload = payload_of(rules, lost);
-  payload.values = {Raising{model, tree, rules, lost}.root(std::move(name))};
+  payload.values = {Raising{types, tree, rules, lost}.root(std::move(name))};
   return payload;
 }
 
-Method raise(Model& model, const messages::ServiceTypes& types, const MessageRules& rules, std::string name,
-             std::vector<std::string>& lost) {
+Method raise(RaisedTypes& types, const messages::ServiceTypes& service, const MessageRules& rules,
+             std::string name, std::vector<std::string>& lost) {
   Method method{.name = std::move(name)};
   method.request = payload_of(rules, lost);
   method.response = method.request;
   // Calls without arguments have no payload.
-  if (!types.request.root().fields.empty()) {
-    method.request.values = {Raising{model, types.request, rules, lost}.root("request")};
+  if (!service.request.root().fields.empty()) {
+    method.request.values = {Raising{types, service.request, rules, lost}.root("request")};
   }
-  if (!types.response.root().fields.empty()) {
-    Raising response{model, types.response, rules, lost, &types.request.root()};
+  if (!service.response.root().fields.empty()) {
+    Raising response{types, service.response, rules, lost, &service.request.root()};
     method.response.values = {response.root("response")};
   }
-  const std::string& request = types.request.root().name;
+  const std::string& request = service.request.root().name;
   constexpr std::string_view end = "_Request";
   if (method.request.values.empty() && method.response.values.empty() &&
       request.find("/srv/") != std::string::npos && request.ends_with(end)) {
@@ -505,9 +458,9 @@ Method raise(Model& model, const messages::ServiceTypes& types, const MessageRul
   return method;
 }
 
-Method raise(Model& model, const messages::ServiceTypes& types, std::string name) {
+Method raise(RaisedTypes& types, const messages::ServiceTypes& service, std::string name) {
   std::vector<std::string> lost;
-  return raise(model, types, {}, std::move(name), lost);
+  return raise(types, service, {}, std::move(name), lost);
 }
 
 }  // namespace trestle::describe

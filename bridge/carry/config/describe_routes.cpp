@@ -66,15 +66,22 @@ std::string text_of(const YAML::Node& node) {
   return node.IsDefined() && node.IsScalar() ? node.Scalar() : std::string{};
 }
 
-/// "e2e" of a route as it stands in the file: the same keys as Protection.
-describe::Protection protection_of(const YAML::Node& node) {
-  describe::Protection protection;
-  if (!node.IsDefined() || !node.IsMap()) {
-    return protection;
-  }
+/// The keys of a mapping, in the one list that Protection has.
+void put_protection(const YAML::Node& node, describe::Protection& protection) {
   for (const auto& pair : node) {
     const std::string key = pair.first.Scalar();
-    const std::string value = text_of(pair.second);
+    std::string value = text_of(pair.second);
+    if (pair.second.IsMap()) {
+      put_protection(pair.second, protection);  // state_machine
+      continue;
+    }
+    if (pair.second.IsSequence()) {  // data_id_list
+      for (const YAML::Node& one : pair.second) {
+        value += (value.empty() ? "" : " ") + text_of(one);
+      }
+      protection.words.emplace(key, value);
+      continue;
+    }
     char* end = nullptr;
     const std::uint64_t number = std::strtoull(value.c_str(), &end, 0);
     if (key == "profile") {
@@ -84,6 +91,14 @@ describe::Protection protection_of(const YAML::Node& node) {
     } else if (!value.empty()) {
       protection.words.emplace(key, value);
     }
+  }
+}
+
+/// "e2e" of a route as it stands in the file: the same keys as Protection.
+describe::Protection protection_of(const YAML::Node& node) {
+  describe::Protection protection;
+  if (node.IsDefined() && node.IsMap()) {
+    put_protection(node, protection);
   }
   return protection;
 }
@@ -290,7 +305,7 @@ class RouteFile {
     }
     std::vector<std::string> without;
     describe::Method method =
-        raise(reading_.model, *types, route.rules, free_name(service, last_part(ros_service)), without);
+        raise(types_, *types, route.rules, free_name(service, last_part(ros_service)), without);
     tell(without, route.mark);
     method.id = route.method;
     method.fire_and_forget = route.fire_and_forget;
@@ -391,7 +406,7 @@ class RouteFile {
   describe::Payload payload(const messages::TypeTree& tree, const messages::MessageRules& rules,
                             documents::Mark mark) {
     std::vector<std::string> without;
-    describe::Payload payload = raise(reading_.model, tree, rules, "data", without);
+    describe::Payload payload = raise(types_, tree, rules, "data", without);
     tell(without, mark);
     return payload;
   }
@@ -466,6 +481,7 @@ class RouteFile {
   messages::TypeLibrary library_;
   const std::set<someip::ServiceId>& described_;
   describe::Reading reading_;
+  describe::RaisedTypes types_{reading_.model};
   std::vector<Service> services_;
   std::map<std::pair<someip::ServiceId, std::uint8_t>, std::size_t> by_id_;
   std::map<InstanceKey, describe::Instance> instances_;

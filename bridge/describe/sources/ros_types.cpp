@@ -34,10 +34,7 @@ class RosReading {
     }
     std::erase_if(made_, [&](const Made& one) { return one.only_if_unused && used_.contains(one.type); });
     for (Made& one : made_) {
-      one.service.name = first_free(one.service.name, "", [&](const std::string& name) {
-        return taken_.contains({one.service.scope, name});
-      });
-      taken_.emplace(one.service.scope, one.service.name);
+      one.service.name = taken_[one.service.scope].take(one.service.name, "");
       reading_.model.services.push_back(std::move(one.service));
     }
     return std::move(reading_);
@@ -127,7 +124,7 @@ class RosReading {
     }
     note_used(*tree);
     Event event{.name = std::move(name), .ros_name = std::move(called), .place = service.place};
-    event.payload.values = {value_of(reading_.model, raise(reading_.model, *tree), "data")};
+    event.payload.values = {value_of(reading_.model, raise(types_, *tree), "data")};
     service.events.push_back(std::move(event));
     return std::nullopt;
   }
@@ -140,7 +137,7 @@ class RosReading {
     }
     note_used(types->request);
     note_used(types->response);
-    Method method = raise(reading_.model, *types, std::move(name));
+    Method method = raise(types_, *types, std::move(name));
     method.ros_name = std::move(called);
     method.place = service.place;
     service.methods.push_back(std::move(method));
@@ -161,10 +158,11 @@ class RosReading {
 
   messages::TypeLibrary& library_;
   Reading reading_;
+  RaisedTypes types_{reading_.model};
   std::string place_;
   std::vector<Made> made_;
   std::set<std::string, std::less<>> used_;  ///< messages that others have in them
-  std::set<std::pair<std::string, std::string>> taken_;
+  std::map<std::string, FreeNames> taken_;   ///< by scope
 };
 
 /// Files whose texts are there already.
@@ -254,6 +252,12 @@ std::optional<FileName> name_of(const SourceText& file) {
 
 Reading describe_ros(std::span<const RosInterface> interfaces, messages::TypeLibrary& library) {
   return RosReading{library}.read(interfaces);
+}
+
+std::optional<std::string> ros_package_folder(const SourceText& file) {
+  const auto name = name_of(file);
+  const std::string folder = name ? name->packages.string() : std::string{};
+  return folder.empty() ? std::nullopt : std::optional{folder};
 }
 
 Reading read_ros_files(std::span<const SourceText> files, const std::vector<std::string>& folders,

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,9 @@ struct RosInterface {
 /// The services, without ids, and all types.
 /// @return with an error for each type that is not known or has a fault.
 [[nodiscard]] Reading describe_ros(std::span<const RosInterface> interfaces, messages::TypeLibrary& library);
+
+/// The folder with the package that such a file is of, among others; nothing: it has no name of a ROS type.
+[[nodiscard]] std::optional<std::string> ros_package_folder(const SourceText& file);
 
 /// Those of `.msg`, `.srv`, `.action` and `.idl` files. "…/pkg/msg/Type.msg" is pkg/msg/Type; a file in
 /// another folder is of the package that is named like that folder. Types that they are made of are looked

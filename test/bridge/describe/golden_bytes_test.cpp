@@ -98,7 +98,8 @@ Value use_of(Model& model, const std::string& type, const std::string& deploymen
   if (!tree) {
     throw std::invalid_argument{to_string(tree.error())};
   }
-  const TypeIndex index = raise(model, *tree);
+  RaisedTypes types{model};
+  const TypeIndex index = raise(types, *tree);
   if (deployment.find("covariance as array") != std::string::npos) {
     Type& message = model.at(index);
     message.ros_name.clear();

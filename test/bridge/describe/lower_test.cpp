@@ -356,6 +356,7 @@ TEST(Lower, GivesTextsThatTheParsersRead) {
 TEST(Raise, ComesBackAsTheSameDefinitions) {
   messages::TypeLibrary library;
   Model model;
+  RaisedTypes types{model};
   std::map<std::string, messages::MessageDefinition> wanted;
   for (const std::string& name : messages::TypeLibrary::builtin_names()) {
     if (name.find("/msg/") == std::string::npos) {
@@ -363,7 +364,7 @@ TEST(Raise, ComesBackAsTheSameDefinitions) {
     }
     const auto tree = library.resolve(name);
     ASSERT_TRUE(tree);
-    raise(model, *tree);
+    raise(types, *tree);
     for (const auto& definition : tree->messages) {
       wanted.emplace(definition.name, definition);
     }
@@ -450,7 +451,8 @@ TEST(Raise, MakesAgainWhatMarksSay) {
   // That of a choice is in the rules.
   std::vector<std::string> without;
   ASSERT_FALSE(first.members.empty());
-  ASSERT_FALSE(raise(again, *tree, first.members[0].rules, "data", without).values.empty());
+  RaisedTypes raised{again};
+  ASSERT_FALSE(raise(raised, *tree, first.members[0].rules, "data", without).values.empty());
   EXPECT_THAT(without, IsEmpty());
   const auto type_of = [&](const std::string& name) -> const Type& {
     const auto found = std::ranges::find(again.types, name, &Type::name);
@@ -517,7 +519,8 @@ TEST(Raise, FindsConstantsOfAResponseInTheRequest) {
   const auto types = library.resolve_service("test/srv/DoorTurn");
   ASSERT_TRUE(types) << to_string(types.error());
   Model again;
-  const Method method = raise(again, *types, "turn");
+  RaisedTypes raised{again};
+  const Method method = raise(raised, *types, "turn");
   const Type& request = again.at(method.request.values.at(0).type);
   const Type& response = again.at(method.response.values.at(0).type);
   EXPECT_EQ(again.at(request.members.at(0).type).name, "Side");
@@ -534,7 +537,8 @@ TEST(Raise, TakesMarksThatDoNotFitForComments) {
   const auto tree = library.resolve("a/msg/A");
   ASSERT_TRUE(tree) << to_string(tree.error());
   Model model;
-  const Type& type = model.at(raise(model, *tree));
+  RaisedTypes types{model};
+  const Type& type = model.at(raise(types, *tree));
   EXPECT_EQ(model.at(type.members.at(0).type).kind, Kind::string);
   EXPECT_EQ(model.at(type.members.at(1).type).kind, Kind::array);
   EXPECT_EQ(model.at(type.members.at(2).type).kind, Kind::array);
@@ -547,7 +551,8 @@ TEST(Raise, KeepsTheBytesOfTheSpecification) {
   for (const char* const name :
        {"sensor_msgs/msg/PointCloud2", "std_msgs/msg/Empty", "sensor_msgs/msg/NavSatFix"}) {
     Model model;
-    event(model, {value_of(model, raise(model, *library.resolve(name)), "value")})
+    RaisedTypes types{model};
+    event(model, {value_of(model, raise(types, *library.resolve(name)), "value")})
         .payload.length_fields_always_big = true;
     const Lowered lowered = lower(model);
     ASSERT_EQ(lowered.members.size(), 1U);
@@ -556,16 +561,42 @@ TEST(Raise, KeepsTheBytesOfTheSpecification) {
   }
 }
 
+TEST(Raise, ComparesATypeWithFewOthers) {
+  messages::TypeLibrary library;
+  constexpr std::size_t messages = 5000;
+  for (std::size_t i = 0; i < messages; ++i) {
+    const std::string number = std::to_string(i);
+    library.define(*messages::interface_name("a/msg/M" + number),
+                   "uint32 MODE_ON=" + number + "\nuint32 mode  # trestle: enumeration Mode\nfloat64[<=" +
+                       std::to_string(i + 1) + "] list\n");
+  }
+  Model model;
+  RaisedTypes types{model};
+  for (std::size_t i = 0; i < messages; ++i) {
+    const auto tree = library.resolve("a/msg/M" + std::to_string(i));
+    ASSERT_TRUE(tree) << to_string(tree.error());
+    raise(types, *tree);
+  }
+  // A structure, an enumeration and an array each, and one number.
+  ASSERT_EQ(model.types.size(), 3 * messages + 1);
+  EXPECT_EQ(model.types.back().ros_name, "a/msg/M4999");
+  const auto last = std::ranges::find(model.types, "Mode5000", &Type::name);
+  ASSERT_NE(last, model.types.end());
+  EXPECT_EQ(last->enumerators.at(0).value, 4999);
+  EXPECT_LE(types.comparisons(), 4 * messages);
+}
+
 TEST(Raise, KeepsServices) {
   messages::TypeLibrary library;
   Model model;
   const auto types = library.resolve_service("std_srvs/srv/SetBool");
   ASSERT_TRUE(types);
   model.services.push_back({.name = "Door"});
-  model.services[0].methods.push_back(raise(model, *types, "set"));
+  RaisedTypes raised{model};
+  model.services[0].methods.push_back(raise(raised, *types, "set"));
   const auto trigger = library.resolve_service("std_srvs/srv/Trigger");
   ASSERT_TRUE(trigger);
-  model.services[0].methods.push_back(raise(model, *trigger, "trigger"));
+  model.services[0].methods.push_back(raise(raised, *trigger, "trigger"));
   const Lowered lowered = lower(model);
   ASSERT_EQ(lowered.members.size(), 2U);
   EXPECT_EQ(lowered.members[0].type, "std_srvs/srv/SetBool");

@@ -177,7 +177,8 @@ TEST(RandomModels, ComeBackFromTypesAndRules) {
 
     Model raised;
     std::vector<std::string> lost;
-    event(raised, {}).payload = raise(raised, *tree, member.rules, "data", lost);
+    RaisedTypes types{raised};
+    event(raised, {}).payload = raise(types, *tree, member.rules, "data", lost);
     EXPECT_EQ(lost.size(), member.rules.default_missing ? 1U : 0U) << lost[0];
     const Lowered again = lower(raised);
     ASSERT_EQ(again.members.size(), 1U);

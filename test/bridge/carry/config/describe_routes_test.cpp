@@ -120,6 +120,20 @@ TEST_F(DescribeRoutes, DescribesAServiceOfTwoInstancesOnce) {
   EXPECT_EQ(door.fields[1].notifier, someip::MethodId{0x8003});
   EXPECT_EQ(door.fields[1].setter, someip::MethodId{5});
   EXPECT_THAT(reading.model.instances, SizeIs(2));
+TEST_F(DescribeRoutes, DescribesAllOfAProtection) {
+  const describe::Reading reading = read(R"(
+someip: {address: 127.0.0.1}
+routes:
+  - {topic: /car/door/moved, type: std_msgs/msg/UInt8, direction: someip_to_dds, service: 0x4711, instance: 1,
+     eventgroup: 2, event: 0x8001,
+     e2e: {profile: 22, data_bits: 88, data_id_list: [0x10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15],
+           state_machine: {window_size_valid: 5, min_ok_valid: 2}}}
+)");
+  ASSERT_THAT(reading.problems, IsEmpty()) << reading.problems[0].text;
+  const describe::Protection& e2e = reading.model.services[0].events[0].e2e;
+  EXPECT_EQ(e2e.words.at("data_id_list"), "0x10 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15");
+  EXPECT_EQ(e2e.numbers.at("window_size_valid"), 5U);
+  EXPECT_EQ(e2e.numbers.at("min_ok_valid"), 2U);
 }
 
 TEST_F(DescribeRoutes, TakesTheInterfacesThatItNames) {

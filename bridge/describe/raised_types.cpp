@@ -1,0 +1,149 @@
+#include "bridge/describe/raised_types.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+
+namespace trestle::describe {
+namespace {
+
+bool is_alike(const Value& a, const Value& b) {
+  return a.name == b.name && a.type == b.type && a.wire == b.wire && a.tag == b.tag &&
+         a.optional == b.optional && a.default_value == b.default_value;
+}
+
+bool is_alike(const std::vector<Enumerator>& a, const std::vector<Enumerator>& b) {
+  return std::ranges::equal(
+      a, b, [](const Enumerator& x, const Enumerator& y) { return x.name == y.name && x.value == y.value; });
+}
+
+/// Whether the two are one type: of one message, or both without a name, and with the same bytes.
+bool is_alike(const Type& a, const Type& b) {
+  return a.kind == b.kind && a.ros_name == b.ros_name && a.name == b.name && a.primitive == b.primitive &&
+         a.wire == b.wire && a.min_size == b.min_size && a.max_size == b.max_size &&
+         a.fixed_size == b.fixed_size && a.scope == b.scope && is_alike(a.enumerators, b.enumerators) &&
+         a.invalid_value == b.invalid_value && a.minimum == b.minimum && a.maximum == b.maximum &&
+         a.selectors == b.selectors && a.base == b.base && is_alike(a.element, b.element) &&
+         is_alike(a.key, b.key) &&
+         std::ranges::equal(a.members, b.members,
+                            [](const Value& x, const Value& y) { return is_alike(x, y); });
+}
+
+/// Of what is_alike() compares as much as tells types apart.
+std::size_t hash_of(const Type& type) {
+  std::size_t hash = 0;
+  const auto mix = [&](std::size_t value) { hash = (hash ^ value) * 0x9e37'79b9'7f4a'7c15U + (hash >> 29U); };
+  const auto text = [&](const std::string& value) { mix(std::hash<std::string>{}(value)); };
+  const auto use = [&](const Value& value) {
+    text(value.name);
+    mix(static_cast<std::size_t>(value.type));
+    mix(static_cast<std::size_t>(value.wire.length) << 8U | value.wire.bits);
+  };
+  mix(static_cast<std::size_t>(type.kind) << 8U | static_cast<std::size_t>(type.primitive));
+  text(type.ros_name);
+  text(type.name);
+  text(type.scope);
+  mix(type.min_size);
+  mix(type.max_size);
+  mix(type.wire.fixed_bytes);
+  use(type.element);
+  use(type.key);
+  for (const Value& member : type.members) {
+    use(member);
+  }
+  for (const Enumerator& one : type.enumerators) {
+    text(one.name);
+    mix(static_cast<std::size_t>(one.value));
+  }
+  for (const std::uint32_t selector : type.selectors) {
+    mix(selector);
+  }
+  return hash;
+}
+
+/// Names have no line ends.
+std::string joined(const std::string& scope, const std::string& name) {
+  return scope + "\n" + name;
+}
+
+std::string name_key(const Type& type) {
+  return joined(type.scope, type.name) + "\n" +
+         (type.ros_name.empty() ? std::string{to_string(type.kind)} : "/" + type.ros_name);
+}
+
+std::string text_of(const std::vector<Enumerator>& enumerators) {
+  std::string text;
+  for (const Enumerator& one : enumerators) {
+    text += one.name + "=" + std::to_string(one.value) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+void RaisedTypes::catch_up() {
+  for (; types_known_ < model_.types.size(); ++types_known_) {
+    const Type& type = model_.types[types_known_];
+    const TypeIndex index{static_cast<std::uint32_t>(types_known_)};
+    by_content_[hash_of(type)].push_back(index);
+    if (!type.name.empty()) {
+      by_name_.try_emplace(name_key(type), index);
+    }
+    if (type.kind == Kind::enumeration) {
+      enumerations_.try_emplace(joined(type.scope, type.name), index);
+    }
+  }
+  for (; constants_known_ < model_.constants.size(); ++constants_known_) {
+    constant_scopes_.insert(model_.constants[constants_known_].scope);
+  }
+}
+
+TypeIndex RaisedTypes::add_once(Type type) {
+  catch_up();
+  if (const auto found = by_content_.find(hash_of(type)); found != by_content_.end()) {
+    for (const TypeIndex index : found->second) {
+      ++comparisons_;
+      if (is_alike(model_.at(index), type)) {
+        return index;
+      }
+    }
+  }
+  if (!type.name.empty()) {
+    // The same message, map or enumeration with other rules.
+    if (const auto first = by_name_.find(name_key(type)); first != by_name_.end()) {
+      type.variant_of = first->second;
+    }
+  }
+  return model_.add(std::move(type));
+}
+
+std::string RaisedTypes::enumeration_name(const std::string& scope, const std::string& name,
+                                          const std::vector<Enumerator>& enumerators) {
+  catch_up();
+  const auto numbered_name = [&](unsigned number) {
+    return number == 1 ? name : name + std::to_string(number);
+  };
+  Numbered& of_name = numbered_[joined(scope, name)];
+  const std::string wanted = text_of(enumerators);
+  if (const auto known = of_name.numbers.find(wanted); known != of_name.numbers.end()) {
+    return numbered_name(known->second);
+  }
+  while (true) {
+    const unsigned number = of_name.next++;
+    ++comparisons_;
+    const auto taken = enumerations_.find(joined(scope, numbered_name(number)));
+    const std::string there =
+        taken == enumerations_.end() ? wanted : text_of(model_.at(taken->second).enumerators);
+    of_name.numbers.try_emplace(there, number);
+    if (there == wanted) {
+      return numbered_name(number);
+    }
+  }
+}
+
+bool RaisedTypes::has_constants(std::string_view scope) {
+  catch_up();
+  return constant_scopes_.contains(scope);
+}
+
+}  // namespace trestle::describe
