@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -734,6 +735,42 @@ Payload response_of(const Model& model, const Method& method) {
         {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
   }
   return response;
+}
+
+bool has_length_fields(const Model& model, const Payload& payload) {
+  const auto has_order = [](someip::FieldWidth width) { return someip::bytes(width) > 1; };
+  std::vector<const Value*> open;
+  for (const Value& value : payload.values) {
+    open.push_back(&value);
+  }
+  std::set<const Type*> seen;
+  while (!open.empty()) {
+    const Value& value = *open.back();
+    open.pop_back();
+    const Type& type = resolved(model, value.type);
+    const bool is_tagged = value.tag && (has_order(payload.tagged_length) || payload.smallest_tagged_length);
+    if (is_tagged || (type.kind != Kind::primitive && has_order(value.wire.length)) ||
+        (type.kind == Kind::choice && has_order(value.wire.selector))) {
+      return true;
+    }
+    const Type* part = &type;
+    for (std::size_t bases = 0; seen.insert(part).second && bases <= max_type_nesting; ++bases) {
+      for (const Value& member : part->members) {
+        open.push_back(&member);
+      }
+      if (part->kind == Kind::array || part->kind == Kind::map) {
+        open.push_back(&part->element);
+      }
+      if (part->kind == Kind::map) {
+        open.push_back(&part->key);
+      }
+      if (part->base == no_type) {
+        break;
+      }
+      part = &resolved(model, part->base);
+    }
+  }
+  return false;
 }
 
 Layout layout(const Model& model, const Payload& payload) {

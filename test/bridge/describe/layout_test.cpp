@@ -60,6 +60,25 @@ struct Points {
   Payload payload;
 };
 
+TEST(Layout, KnowsWhetherLengthFieldsHaveAByteOrder) {
+  Points points;
+  EXPECT_TRUE(has_length_fields(points.model, points.payload));
+  points.payload.values.erase(points.payload.values.begin() + 1);
+  EXPECT_FALSE(has_length_fields(points.model, points.payload));  // the string has one of a single byte
+  points.payload.values.front().tag = DataId{1};
+  EXPECT_TRUE(has_length_fields(points.model, points.payload));
+  // Inside of types, also of those that contain themselves.
+  Model model;
+  const TypeIndex text = model.add({.kind = Kind::string});
+  const TypeIndex loop = model.add({.kind = Kind::structure, .name = "Loop"});
+  model.at(loop).members = {{.name = "again", .type = loop}};
+  const TypeIndex derived = model.add({.kind = Kind::structure, .base = loop});
+  const Payload payload{.values = {{.name = "v", .type = derived}}};
+  EXPECT_FALSE(has_length_fields(model, payload));
+  model.at(loop).members.push_back({.name = "s", .type = text, .wire = default_wire(Kind::string)});
+  EXPECT_TRUE(has_length_fields(model, payload));
+}
+
 TEST(Layout, ShowsWhatMayBeThere) {
   const Points points;
   EXPECT_THAT(

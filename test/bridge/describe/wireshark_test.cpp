@@ -285,7 +285,8 @@ TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
   all.event("bits", 0x8002, {.values = {Everything::value("v", list, default_wire(Kind::array))}});
   all.event("again", 0x8003, {.values = {Everything::value("n", all.u8), Everything::value("v", bits)}});
   all.event("little", 0x8004,
-            {.values = {Everything::value("v", all.u8)}, .byte_order = std::endian::little});
+            {.values = {Everything::value("v", all.text, default_wire(Kind::string))},
+             .byte_order = std::endian::little});
   all.event("line", 0x8005, {.values = {Everything::value("v", all.text)}});
   all.event("good", 0x8006, {.values = {Everything::value("n", all.u8)}});
   const Written written = write_wireshark(all.model);

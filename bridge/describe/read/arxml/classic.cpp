@@ -506,6 +506,7 @@ const Node* Classic::signal_of(const Message& message) {
             [&](const Node& mapping) { add(tree_.follow(&mapping, "I-SIGNAL-REF"_tag)); });
   }
   if (several) {
+    without_signal_.insert(message.pdu);
     problems_.warning_once("several signals " + Tree::path(pdu), pdu->place(),
                            Tree::path(pdu) +
                                " has several signals, each at its bits: that is no SOME/IP transformation, "
@@ -710,8 +711,10 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
     event.payload.values.back().notes.description.clear();
   } else if (prototype == nullptr) {
     event.payload.known = false;
-    problems_.warning(event.place, "of " + here.name + "." + event.name + " (" + hex(message.id, 8) +
-                                       ") no mapping tells the data type: its payload is not known");
+    if (!without_signal_.contains(message.pdu)) {
+      problems_.warning(event.place, "of " + here.name + "." + event.name + " (" + hex(message.id, 8) +
+                                         ") no mapping tells the data type: its payload is not known");
+    }
   }
   event.e2e = protection(signal);
   if (event.notes == Notes{} && message.pdu != nullptr) {
@@ -763,8 +766,10 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
     } else if (operation == nullptr) {
       method->request.known = false;
       method->response.known = false;
-      problems_.warning(method->place, "of " + here.name + "." + method->name + " (" + hex(message.id, 8) +
-                                           ") no mapping tells the operation: its payloads are not known");
+      if (!without_signal_.contains(message.pdu)) {
+        problems_.warning(method->place, "of " + here.name + "." + method->name + " (" + hex(message.id, 8) +
+                                             ") no mapping tells the operation: its payloads are not known");
+      }
     } else {
       method->notes = notes_beside(*operation);
     }

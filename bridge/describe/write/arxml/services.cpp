@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
 
 namespace trestle::describe::arxml_writer {
@@ -77,7 +78,8 @@ void Writer::check_payload(const std::string& element, const Payload& payload, P
   if (payload.crc_bytes > 0) {
     lost(element, "its checksum of " + number(payload.crc_bytes) + " bytes", place);
   }
-  if (payload.byte_order == std::endian::little && !payload.length_fields_always_big) {
+  if (payload.byte_order == std::endian::little && !payload.length_fields_always_big &&
+      has_length_fields(model_, payload)) {
     lost(element, "that its length fields are little endian", place);
   }
 }

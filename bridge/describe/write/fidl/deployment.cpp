@@ -6,6 +6,7 @@
 #include <set>
 
 #include "bridge/describe/address_text.hpp"
+#include "bridge/describe/layout.hpp"
 
 namespace trestle::describe::fidl_writing {
 namespace {
@@ -371,7 +372,7 @@ void Deployment::rules(Block& block, const Payload& payload, const char* stem, c
   }
   if (payload.byte_order == std::endian::little) {
     block.settings.push_back(fmt::format("SomeIp{}Endianess = le", stem));
-    if (payload.length_fields_always_big) {
+    if (payload.length_fields_always_big && has_length_fields(model_, payload)) {
       lose(owner, "length fields in big endian beside data in little endian");
     }
   }

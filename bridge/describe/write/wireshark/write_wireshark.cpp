@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/protection.hpp"
 
@@ -492,9 +493,13 @@ std::vector<Value> WiresharkWriter::values_of(const Payload& payload, TypeIndex 
 void WiresharkWriter::payload(const std::string& element, someip::MethodId id, unsigned message_type,
                               const Payload& payload, const Protection& e2e, TypeIndex error, Place place) {
   std::string why;
+  const std::vector<Value> values = values_of(payload, error);
+  Payload whole = payload;
+  whole.values = values;
   if (!payload.known) {
     why = "what it carries: that is not known";
-  } else if (payload.byte_order == std::endian::little && !payload.length_fields_always_big) {
+  } else if (payload.byte_order == std::endian::little && !payload.length_fields_always_big &&
+             has_length_fields(model_, whole)) {
     why = "little endian length fields";
   } else if (payload.alignment > 1) {
     why = "alignment";
@@ -503,7 +508,6 @@ void WiresharkWriter::payload(const std::string& element, someip::MethodId id, u
   } else if (!e2e.profile.empty() && !e2e_bytes(e2e)) {
     why = "E2E profile " + e2e.profile;
   }
-  const std::vector<Value> values = values_of(payload, error);
   const bool is_tagged =
       !values.empty() && std::ranges::all_of(values, [](const Value& one) { return one.tag.has_value(); });
   struct MemberRow {

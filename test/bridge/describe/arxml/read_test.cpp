@@ -1010,6 +1010,8 @@ TEST(ReadArxml, DoesNotTakeTheFirstOfSeveralSignalsForTheWholePayload) {
                 "<I-SIGNAL-TO-I-PDU-MAPPING><SHORT-NAME>n</SHORT-NAME><I-SIGNAL-REF DEST=\"X\">/P/I2"
                 "</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING>")});
   EXPECT_THAT(problems_of(reading), HasSubstr("/P/D1 has several signals"));
+  ASSERT_EQ(reading.problems.size(), 1U) << problems_of(reading);  // not also that no mapping tells its type
+  EXPECT_GT(reading.problems[0].mark.line, 0);
   const Event& event = reading.model.services.at(0).events.at(0);
   EXPECT_FALSE(event.payload.known);
   EXPECT_THAT(event.payload.values, IsEmpty());
