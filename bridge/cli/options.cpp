@@ -89,28 +89,9 @@ std::string read_all(std::istream& in) {
   return text;
 }
 
-/// The text of an argument, and its name for error messages.
-/// @param option  the option with this argument; `what` names the argument itself.
-std::pair<std::string, std::string> text_of(const char* option, const char* what,
-                                            const std::string& argument) {
-  if (!argument.starts_with('@')) {
-    return {argument, what};
-  }
-  const std::string name = argument.substr(1);
-  if (name == "-") {
-    return {read_all(std::cin), "standard input"};
-  }
-  std::ifstream file{name, std::ios::binary};
-  std::string text = read_all(file);
-  if (!file.is_open() || file.bad()) {
-    throw CLI::ValidationError(option, fmt::format("cannot read '{}'", name));
-  }
-  return {std::move(text), name};
-}
-
 /// The same as `wire` of a route in the bridge's configuration.
 messages::MessageRules parse_wire(const std::string& argument) {
-  const auto [text, name] = text_of("--wire", "wire", argument);
+  const auto [text, name] = text_of_argument("--wire", "wire", argument);
   messages::MessageRules rules;
   documents::Problems problems{name};
   try {
@@ -125,6 +106,23 @@ messages::MessageRules parse_wire(const std::string& argument) {
 }
 
 }  // namespace
+
+TextArgument text_of_argument(const std::string& option, const std::string& what,
+                              const std::string& argument) {
+  if (!argument.starts_with('@')) {
+    return {argument, what};
+  }
+  const std::string name = argument.substr(1);
+  if (name == "-") {
+    return {read_all(std::cin), "standard input"};
+  }
+  std::ifstream file{name, std::ios::binary};
+  std::string text = read_all(file);
+  if (!file.is_open() || file.bad()) {
+    throw CLI::ValidationError(option, fmt::format("cannot read '{}'", name));
+  }
+  return {std::move(text), name};
+}
 
 void NetworkOptions::add_to(CLI::App& command) {
   command
@@ -265,7 +263,7 @@ PayloadOptions PayloadOptions::of_element(const describe::Interfaces& interfaces
 }
 
 std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const {
-  const auto [text, name] = text_of("PAYLOAD", "payload", argument);
+  const auto [text, name] = text_of_argument("PAYLOAD", "payload", argument);
   if (described_.element != nullptr && type_.empty() && described_.content->is_empty && form_ != Form::hex) {
     if (text.find_first_not_of(" \n{}") != std::string::npos) {
       throw CLI::ValidationError("PAYLOAD", described_.element->name + " has no values");

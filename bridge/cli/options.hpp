@@ -25,6 +25,19 @@
 /// value is thrown as CLI::ValidationError, which ends the program with exit status 2.
 namespace trestle::cli {
 
+/// What an argument means that is a text or stands in a file.
+struct TextArgument {
+  std::string text;
+  std::string name;  ///< for error messages: that of the file, "standard input"
+};
+/// The text itself, or what stands in the file behind '@', a pipe too; "@-" is standard input. Not more is
+/// read than a text may have, messages::max_text_bytes, and one part.
+/// @param option  the option with this argument, for an error; `what` names the text that stands there
+/// itself.
+/// @throws CLI::ValidationError when the file cannot be read.
+[[nodiscard]] TextArgument text_of_argument(const std::string& option, const std::string& what,
+                                            const std::string& argument);
+
 /// --address, --multicast, --sd-port
 class NetworkOptions {
  public:

@@ -16,22 +16,14 @@ namespace {
 using describe::E2eUse;
 using someip::e2e::CheckStatus;
 
-/// @return nothing: it has none, or it cannot be done.
-std::optional<sd::E2eSpec> spec_of(const describe::Interfaces& interfaces,
-                                   const describe::ServiceElement& element, E2eUse use) {
-  const describe::Protection* const described = interfaces.protection(element);
-  if (described == nullptr) {
-    return std::nullopt;
-  }
-  const auto settings = describe::e2e_settings(*described, use);
+/// @return or why it cannot be done.
+tl::expected<sd::E2eSpec, std::string> spec_of(const describe::Protection& e2e, someip::MethodId id,
+                                               E2eUse use) {
+  const auto settings = describe::e2e_settings(e2e, use);
   if (!settings) {
-    Session::warn(fmt::format("the E2E protection of {} (profile {}) is left out, and its messages {}: {}",
-                              element.name, described->profile,
-                              use == E2eUse::received_event ? "are not checked" : "go without it",
-                              settings.error()));
-    return std::nullopt;
+    return tl::unexpected{settings.error()};
   }
-  sd::E2eSpec spec{.id = element.id,
+  sd::E2eSpec spec{.id = id,
                    .state_machine = settings->state_machine,
                    .source_id = settings->source_id,
                    .payload_only = settings->payload_only};
@@ -44,7 +36,34 @@ std::optional<sd::E2eSpec> spec_of(const describe::Interfaces& interfaces,
   return spec;
 }
 
+/// @return nothing: it has none, or it cannot be done.
+std::optional<sd::E2eSpec> spec_of(const describe::Interfaces& interfaces,
+                                   const describe::ServiceElement& element, E2eUse use) {
+  const describe::Protection* const described = interfaces.protection(element);
+  if (described == nullptr) {
+    return std::nullopt;
+  }
+  auto spec = spec_of(*described, element.id, use);
+  if (!spec) {
+    Session::warn(fmt::format("the E2E protection of {} (profile {}) is left out, and its messages {}: {}",
+                              element.name, described->profile,
+                              use == E2eUse::received_event ? "are not checked" : "go without it",
+                              spec.error()));
+    return std::nullopt;
+  }
+  return std::move(*spec);
+}
+
 }  // namespace
+
+tl::expected<sd::E2eSpec, std::string> protection_of_call(const describe::Protection& e2e,
+                                                          someip::MethodId method, bool answered) {
+  auto spec = spec_of(e2e, method, E2eUse::called);
+  if (spec && !answered) {
+    spec->check.reset();
+  }
+  return spec;
+}
 
 std::vector<sd::E2eSpec> protection_of_call(const describe::Interfaces& interfaces,
                                             const describe::ServiceElement& method, bool answered) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "bridge/describe/interfaces.hpp"
@@ -15,6 +16,11 @@ namespace trestle::cli {
 [[nodiscard]] std::vector<sd::E2eSpec> protection_of_call(const describe::Interfaces& interfaces,
                                                           const describe::ServiceElement& method,
                                                           bool answered);
+/// The same for a protection alone, without a warning.
+/// @return or why it cannot be done.
+[[nodiscard]] tl::expected<sd::E2eSpec, std::string> protection_of_call(const describe::Protection& e2e,
+                                                                        someip::MethodId method,
+                                                                        bool answered);
 /// Of those events of a subscription that a description knows. Also what fails its check is handed over.
 /// @param major  of the service, by the description.
 [[nodiscard]] std::vector<sd::E2eSpec> protection_of_events(const describe::Interfaces& interfaces,

@@ -37,24 +37,24 @@ bool has_values(const Service& service) {
          });
 }
 
-/// The id of an instance that a text begins with, up to a dot or the end; "*" is any.
-struct InstanceText {
-  std::optional<someip::InstanceId> id{};
-  std::string_view rest{};
-};
-
-std::optional<InstanceText> instance_text(std::string_view text) {
-  const std::string_view part = text.substr(0, text.find('.'));
-  InstanceText read{.rest = text.substr(std::min(text.size(), part.size() + 1))};
-  if (part == "*") {
-    return read;
+/// Whether the element is what a name means: of a field without a part, all of its parts.
+bool is_meant(const ServiceElement& element, const NamedMember& named) {
+  const bool is_whole = named.part == NamedMember::Part::whole;
+  switch (element.part) {
+    case Part::event:
+      return named.kind == LoweredMember::Kind::event && named.index == element.member;
+    case Part::method:
+      return named.kind == LoweredMember::Kind::method && named.index == element.member && is_whole;
+    case Part::getter:
+    case Part::setter:
+    case Part::notifier:
+      break;
   }
-  const auto number = documents::id_number(1, 0xfffe).read(std::string{part});
-  if (!number) {
-    return std::nullopt;
-  }
-  read.id = someip::InstanceId{static_cast<std::uint16_t>(*number)};
-  return read;
+  const auto part = element.part == Part::getter   ? NamedMember::Part::getter
+                    : element.part == Part::setter ? NamedMember::Part::setter
+                                                   : NamedMember::Part::notifier;
+  return named.kind == LoweredMember::Kind::field && named.index == element.member &&
+         (is_whole || named.part == part);
 }
 
 LoweredMember::Kind kind_of(Part part) {
@@ -95,7 +95,8 @@ std::vector<std::byte> Content::without_header(ByteView payload, std::vector<std
   return rest;
 }
 
-Interfaces::Interfaces(System system) : system_{std::move(system)}, library_{library_of(system_)} {
+Interfaces::Interfaces(System system)
+    : system_{std::move(system)}, service_names_{system_.model}, library_{library_of(system_)} {
   std::map<std::string, std::size_t, std::less<>> count;
   for (const Service& service : system_.model.services) {
     ++count[service.name];
@@ -104,8 +105,10 @@ Interfaces::Interfaces(System system) : system_{std::move(system)}, library_{lib
     const Service& service = system_.model.services[i];
     names_.push_back(count[service.name] == 1 ? service.name : full_name_of(service));
     has_types_.push_back(has_values(service));
+    first_elements_.push_back(elements_.size());
     add_elements(i);
   }
+  first_elements_.push_back(elements_.size());
 }
 
 void Interfaces::add(ServiceElement element, const std::optional<someip::MethodId>& id) {
@@ -165,13 +168,11 @@ void Interfaces::add_elements(std::size_t index) {
 
 tl::expected<Meaning, std::string> Interfaces::find_in(std::size_t service, std::string_view text) const {
   Meaning meaning{.service = service};
-  for (const auto& element : elements_) {
-    const bool is_it =
-        element->service == service &&
-        (text == element->member_name ||
-         (element->is_field() && text == element->member_name + "." + field_part(element->part)));
-    if (is_it) {
-      meaning.elements.push_back(element.get());
+  for (const NamedMember& named : named_members(system_.model.services[service], text)) {
+    for (std::size_t i = first_elements_[service]; i < first_elements_[service + 1]; ++i) {
+      if (is_meant(*elements_[i], named)) {
+        meaning.elements.push_back(elements_[i].get());
+      }
     }
   }
   if (meaning.elements.empty()) {
@@ -182,47 +183,27 @@ tl::expected<Meaning, std::string> Interfaces::find_in(std::size_t service, std:
 
 tl::expected<Meaning, std::string> Interfaces::find(std::string_view text) const {
   std::optional<Meaning> found;
-  std::optional<std::size_t> only_service;  // of which the text names nothing that is there
-  std::string_view only_rest;
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    const Service& service = system_.model.services[i];
-    std::optional<std::string_view> rest;
-    for (const std::string& name : {full_name_of(service), service.name}) {
-      if (text.starts_with(name) && (text.size() == name.size() || text[name.size()] == '.')) {
-        rest = text.substr(std::min(text.size(), name.size() + 1));
-        break;
-      }
-    }
-    if (!rest) {
-      continue;
-    }
-    Meaning meaning{.service = i};
-    if (const auto instance = instance_text(*rest)) {
-      meaning.instance = instance->id;
-      rest = instance->rest;
-    }
-    if (!rest->empty()) {
-      const auto inside = find_in(i, *rest);
+  std::optional<NamedService> without;  // of which the text names nothing that is there
+  for (const NamedService& named : service_names_.find(text)) {
+    Meaning meaning{.service = named.service, .instance = named.instance};
+    if (!named.rest.empty()) {
+      const auto inside = find_in(named.service, named.rest);
       if (!inside) {
-        only_service = i;
-        only_rest = *rest;
+        without = named;
         continue;
       }
       meaning.elements = inside->elements;
     }
     if (found) {
-      const Service& other = system_.model.services[found->service];
-      return tl::unexpected{full_name_of(other) == full_name_of(service)
-                                ? fmt::format("there are several versions of {}", full_name_of(service))
-                                : fmt::format("there are {} and {}: write the full name", full_name_of(other),
-                                              full_name_of(service))};
+      return tl::unexpected{
+          several_services(system_.model.services[found->service], system_.model.services[named.service])};
     }
     found = std::move(meaning);
   }
   if (found) {
     return *found;
   }
-  return tl::unexpected{only_service ? not_found(only_rest, only_service) : not_found(text, std::nullopt)};
+  return tl::unexpected{without ? not_found(without->rest, without->service) : not_found(text, std::nullopt)};
 }
 
 std::vector<std::string> Interfaces::known_names(std::optional<std::size_t> service) const {
@@ -230,9 +211,9 @@ std::vector<std::string> Interfaces::known_names(std::optional<std::size_t> serv
   if (!service) {
     return names_;
   }
-  for (const auto& element : elements_) {
-    if (element->service == *service && (names.empty() || names.back() != element->member_name)) {
-      names.push_back(element->member_name);
+  for (std::size_t i = first_elements_[*service]; i < first_elements_[*service + 1]; ++i) {
+    if (names.empty() || names.back() != elements_[i]->member_name) {
+      names.push_back(elements_[i]->member_name);
     }
   }
   return names;
@@ -285,10 +266,8 @@ const ServiceElement* Interfaces::element(someip::ServiceId service, std::uint8_
 
 std::vector<const ServiceElement*> Interfaces::elements_of(std::size_t service) const {
   std::vector<const ServiceElement*> all;
-  for (const auto& element : elements_) {
-    if (element->service == service) {
-      all.push_back(element.get());
-    }
+  for (std::size_t i = first_elements_[service]; i < first_elements_[service + 1]; ++i) {
+    all.push_back(elements_[i].get());
   }
   return all;
 }

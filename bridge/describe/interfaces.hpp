@@ -53,6 +53,7 @@ class Interfaces {
   /// @param system  a good one.
   explicit Interfaces(System system);
 
+  [[nodiscard]] const System& system() const noexcept { return system_; }
   [[nodiscard]] const Model& model() const noexcept { return system_.model; }
 
   /// What a text means.
@@ -108,7 +109,9 @@ class Interfaces {
   System system_;
   std::vector<std::string> names_{};  ///< of services
   std::vector<bool> has_types_{};     ///< of services
-  std::vector<std::unique_ptr<const ServiceElement>> elements_{};
+  ServiceNames service_names_;
+  std::vector<std::unique_ptr<const ServiceElement>> elements_{};  ///< those of a service together
+  std::vector<std::size_t> first_elements_{};                      ///< of each service, and the end
   std::multimap<Ids, const ServiceElement*> by_ids_{};
   mutable messages::TypeLibrary library_;
   mutable std::map<std::pair<const ServiceElement*, bool>, std::unique_ptr<const Content>> contents_{};

@@ -11,6 +11,7 @@
 //   refused.hpp     which of these a bridge would refuse
 //   raise.hpp       ROS definitions as types of a model
 //   model_source.hpp  what lower.hpp makes, for a TypeLibrary
+//   member_names.hpp  which service and member a name means
 //   interfaces.hpp    what names mean, what ids are called, what payloads say: for tools
 //
 // Captures are read by bridge/generate. Nothing here opens a file, a socket or a clock, except

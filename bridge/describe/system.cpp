@@ -13,57 +13,6 @@
 namespace trestle::describe {
 namespace {
 
-template <typename Id>
-void set(std::optional<Id>& id, const std::optional<std::uint16_t>& edit) {
-  if (edit) {
-    id = Id{*edit};
-  }
-}
-
-void apply(const Edits& edits, Model& model) {
-  for (Service& service : model.services) {
-    const std::string name = full_name(service.scope, service.name);
-    const auto found = edits.find(name);
-    if (found == edits.end()) {
-      continue;
-    }
-    const ServiceEdit& edit = found->second;
-    set(service.id, edit.id);
-    const auto set_by = [](const auto& ids, auto& elements) {
-      for (auto& element : elements) {
-        if (const auto at = ids.find(member_key(element.name, element.selector)); at != ids.end()) {
-          element.id = someip::MethodId{at->second};
-        }
-      }
-    };
-    set_by(edit.methods, service.methods);
-    set_by(edit.events, service.events);
-    for (Field& field : service.fields) {
-      if (const auto at = edit.fields.find(field.name); at != edit.fields.end()) {
-        set(field.getter, at->second.getter);
-        set(field.setter, at->second.setter);
-        set(field.notifier, at->second.notifier);
-      }
-    }
-    bool has_instance = false;
-    for (Instance& instance : model.instances) {
-      if (instance.service == name) {
-        set(instance.service_id, edit.id);
-        // One instance is edited: the first.
-        if (!std::exchange(has_instance, true)) {
-          set(instance.id, edit.instance);
-        }
-      }
-    }
-    if (!has_instance && edit.instance) {
-      model.instances.push_back({.service = name,
-                                 .service_id = service.id,
-                                 .id = someip::InstanceId{*edit.instance},
-                                 .place = service.place});
-    }
-  }
-}
-
 /// The members of a service that are called or sent over TCP.
 std::vector<std::string> over_tcp(const Service& service) {
   std::vector<std::string> names;
@@ -112,10 +61,6 @@ std::vector<documents::Problem> without_tcp_port(const Model& model) {
 
 }  // namespace
 
-std::string member_key(const std::string& name, const std::string& selector) {
-  return selector.empty() ? name : name + ":" + selector;
-}
-
 System make_system(Reading reading, IdLock& lock, const SystemOptions& options) {
   System system;
   const bool was_read = reading.ok();
@@ -128,7 +73,9 @@ System make_system(Reading reading, IdLock& lock, const SystemOptions& options) 
     system.problems.insert(system.problems.end(), std::make_move_iterator(problems.begin()),
                            std::make_move_iterator(problems.end()));
   };
-  apply(options.edits, system.model);
+  Edited edited = apply_edits(options.edits, system.model);
+  system.renamed = std::move(edited.renamed);
+  take(std::move(edited.problems));
   take(allocate_ids(system.model, lock));
   if (!options.edits.empty()) {
     take(join(system.model));  // ids that are the same now

@@ -6,8 +6,9 @@
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
-#include "bridge/documents/document.hpp"
+#include "bridge/documents/section.hpp"
 #include "bridge/generate/explanation.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/messages/types/interface_name.hpp"
@@ -23,20 +24,23 @@ struct ExplainArguments {
   bool json = false;
 };
 
-/// The text itself, or that of the file behind '@', or of a file of this name.
-std::string text_of(const std::string& argument) {
-  const bool is_file = argument.starts_with('@');
-  const std::string name = is_file ? argument.substr(1) : argument;
+/// The text itself, or that of the file of this name, which may be a pipe, or behind '@'; "-": standard
+/// input.
+cli::TextArgument values_of(const std::string& argument) {
+  constexpr const char* option = "--values";
+  if (argument == "-") {
+    return cli::text_of_argument(option, option, "@-");
+  }
+  const bool is_name = !argument.starts_with('@') && argument.find_first_of("{}\n:") == std::string::npos;
   std::error_code ignored;
-  if (!is_file && (argument.find_first_of("{}\n:") != std::string::npos ||
-                   !std::filesystem::is_regular_file(name, ignored))) {
-    return argument;
+  if (is_name && std::filesystem::exists(argument, ignored) &&
+      !std::filesystem::is_directory(argument, ignored)) {
+    return cli::text_of_argument(option, option, "@" + argument);
   }
-  const auto text = documents::read_text_file(name);
-  if (!text) {
-    throw CLI::ValidationError{"--values", name + " " + text.error()};
+  if (is_name && (argument.ends_with(".yaml") || argument.ends_with(".yml") || argument.ends_with(".json"))) {
+    throw CLI::ValidationError{option, "there is no file " + documents::quote(argument)};
   }
-  return *text;
+  return cli::text_of_argument(option, option, argument);
 }
 
 int run_explain(ExplainArguments& arguments) {
@@ -52,7 +56,11 @@ int run_explain(ExplainArguments& arguments) {
   if (!system.good) {
     return cli::exit_usage;
   }
-  const auto explained = explain(system, arguments.element, text_of(arguments.values));
+  cli::TextArgument values = arguments.values.empty() ? cli::TextArgument{} : values_of(arguments.values);
+  if (!arguments.values.empty() && values.text.empty()) {
+    values.text = "{}";  // an empty file says nothing of any value
+  }
+  const auto explained = explain(system, arguments.element, values.text, values.name);
   if (!explained) {
     const cli::Colours colour = cli::colours_for(STDERR_FILENO);
     fmt::print(stderr, "{}error:{} {}\n", colour.red, colour.off, explained.error());
@@ -82,8 +90,10 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   command->get_option("SOURCE")->required(false);
   command->add_option("--interfaces", arguments->interfaces, "More sources")->type_name("FILE");
   command
-      ->add_option("--values", arguments->values,
-                   "Values in YAML or JSON, or a file with them: also shows the bytes of these values")
+      ->add_option(
+          "--values", arguments->values,
+          "Values in YAML or JSON, or a file with them, - for standard input: also shows the bytes of "
+          "these values")
       ->type_name("YAML|FILE");
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer(
@@ -93,6 +103,7 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
       "\n\nExamples:\n"
       "  trestle explain Door.open Door.fidl Door.fdepl\n"
       "  trestle explain Door.moved car.arxml --values '{position: 7}'\n"
+      "  trestle explain Door.moved car.arxml --values - < moved.yaml\n"
       "  trestle explain sensor_msgs/msg/PointCloud2 --json\n"
       "Exit status: 0, or 2 when a source or a value is wrong or there is no such element.");
   command->callback([arguments, &status] { status = run_explain(*arguments); });

@@ -6,7 +6,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <tuple>
 #include <utility>
 
 #include "bridge/describe/model_source.hpp"
@@ -68,96 +67,23 @@ std::vector<HeaderField> header_fields(std::string_view profile) {
   return fields;
 }
 
-/// Puts the header where it stands: what is behind it moves.
-void add_header(const Protection& e2e, bool has_bytes, Layout& layout, std::vector<std::byte>& bytes) {
-  const auto place_of_header = describe::protection_header(e2e);
-  const std::vector<HeaderField> fields = header_fields(e2e.profile);
-  if (!place_of_header || fields.empty()) {
-    return;
-  }
-  const std::size_t at = place_of_header->at;
-  std::size_t size = 0;
-  std::vector<ByteRange> header;
-  for (const HeaderField& field : fields) {
-    header.push_back({.offset = at + size,
-                      .offset_text = fmt::to_string(at + size),
-                      .bytes = field.bytes,
-                      .size_text = fmt::to_string(field.bytes),
-                      .path = fmt::format("(E2E {})", field.name),
-                      .type = "header",
-                      .rule = fmt::format("profile {}, written when it is sent", e2e.profile)});
-    size += field.bytes;
-  }
-  auto place = layout.ranges.begin();
-  while (place != layout.ranges.end() && (place->depth > 0 || (place->offset && *place->offset < at))) {
-    ++place;
-  }
-  for (auto range = place; range != layout.ranges.end(); ++range) {
-    // Parts of elements count from these, where the layout is without bytes.
-    if (range->depth == 0 || has_bytes) {
-      const std::size_t digits = range->offset_text.find_first_not_of("0123456789");
-      const std::size_t before = range->offset ? *range->offset : std::stoul(range->offset_text);
-      range->offset_text = fmt::to_string(before + size) +
-                           (digits == std::string::npos ? std::string{} : range->offset_text.substr(digits));
-      if (range->offset) {
-        range->offset = before + size;
-      }
-    }
-  }
-  for (describe::LayoutError& error : layout.errors) {
-    error.offset += error.offset >= at ? size : 0;
-  }
-  layout.ranges.insert(place, header.begin(), header.end());
-  if (has_bytes) {
-    bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(std::min(at, bytes.size())), size, std::byte{0});
-  }
-}
-
-/// "Door.open" of "Door.0x0001.open": all instances carry the same.
-std::string without_instance(std::string_view text) {
-  const std::size_t at = text.find(".0x");
-  const std::size_t end = at == std::string_view::npos ? at : text.find('.', at + 1);
-  if (end == std::string_view::npos ||
-      text.substr(at + 3, end - at - 3).find_first_not_of("0123456789abcdefABCDEF") !=
-          std::string_view::npos) {
-    return std::string{text};
-  }
-  return std::string{text.substr(0, at)} + std::string{text.substr(end)};
-}
-
 class Search {
  public:
-  Search(const describe::System& system, std::string_view wanted)
-      : system_{system}, wanted_{without_instance(wanted)} {}
+  Search(const describe::System& system, std::string_view wanted) : system_{system}, wanted_{wanted} {}
 
-  std::vector<Part> run() {
+  /// @return the parts of what is wanted, none where there is no such element; or why it is not clear what is
+  /// meant.
+  tl::expected<std::vector<Part>, std::string> run() {
     const Model& model = system_.model;
-    for (std::size_t at = 0; at < model.services.size(); ++at) {
-      const describe::Service& service = model.services[at];
-      for (std::size_t i = 0; i < service.events.size(); ++i) {
-        const describe::Event& event = service.events[i];
-        add(service, describe::member_key(event.name, event.selector), "", at, i, LoweredMember::Kind::event,
-            event.payload, event.e2e);
-      }
-      for (std::size_t i = 0; i < service.methods.size(); ++i) {
-        const describe::Method& method = service.methods[i];
-        const std::string name = describe::member_key(method.name, method.selector);
-        add(service, name, "request", at, i, LoweredMember::Kind::method, method.request, method.e2e);
-        if (!method.fire_and_forget) {
-          add(service, name, "response", at, i, LoweredMember::Kind::method,
-              describe::response_of(model, method), method.e2e);
+    const describe::Service* in = nullptr;
+    for (const describe::NamedService& named : describe::ServiceNames{model}.find(wanted_)) {
+      const describe::Service& service = model.services[named.service];
+      for (const describe::NamedMember& member : describe::named_members(service, named.rest)) {
+        if (in != nullptr && in != &service) {
+          return tl::unexpected{describe::several_services(*in, service)};
         }
-      }
-      for (std::size_t i = 0; i < service.fields.size(); ++i) {
-        const describe::Field& field = service.fields[i];
-        add(service, field.name, "", at, i, LoweredMember::Kind::field, field.payload, field.e2e);
-        for (const auto& [there, part, e2e] : {std::tuple{field.has_getter, "get", &field.getter_e2e},
-                                               {field.has_setter, "set", &field.setter_e2e},
-                                               {field.has_notifier, "notify", &field.e2e}}) {
-          if (there) {
-            add(service, field.name, part, at, i, LoweredMember::Kind::field, field.payload, *e2e);
-          }
-        }
+        in = &service;
+        add(service, named.service, member);
       }
     }
     if (found_.empty()) {
@@ -166,35 +92,56 @@ class Search {
     return std::move(found_);
   }
 
-  /// All names of services with members, for errors.
-  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
-
  private:
-  void add(const describe::Service& service, const std::string& member, const std::string& part,
-           std::size_t service_at, std::size_t member_at, LoweredMember::Kind kind, Payload payload,
-           const Protection& e2e) {
-    const std::string name = service.name + "." + member;
-    const std::string full = describe::full_name(service.scope, service.name) + "." + member;
-    const bool is_field = kind == LoweredMember::Kind::field;
-    if (part.empty() || part == "request") {
-      names_.push_back(name);
-    }
-    const auto is = [&](const std::string& one) {
-      // All parts of a field carry the same.
-      return (wanted_ == one && (!is_field || part.empty())) ||
-             (!part.empty() && wanted_ == one + "." + part);
-    };
-    if (!is(name) && !is(full)) {
-      return;
-    }
-    Part made{
-        .element = name, .name = part.empty() ? "payload" : part, .payload = std::move(payload), .e2e = e2e};
-    if (const LoweredMember* const lowered = system_.lowered.member(kind, service_at, member_at)) {
-      made.type = lowered->type;
-      if (kind == LoweredMember::Kind::method) {
-        made.type += messages::service_suffixes[part == "response" ? 1 : 0];
+  using MemberPart = describe::NamedMember::Part;
+
+  void add(const describe::Service& service, std::size_t at, const describe::NamedMember& member) {
+    const std::string name = service.name + ".";
+    switch (member.kind) {
+      case LoweredMember::Kind::event: {
+        const describe::Event& event = service.events[member.index];
+        add(name + describe::member_key(event.name, event.selector), "payload", at, member, event.payload,
+            event.e2e);
+        return;
       }
-      made.rules = part == "response" ? lowered->response : lowered->rules;
+      case LoweredMember::Kind::method: {
+        const describe::Method& method = service.methods[member.index];
+        const std::string full = name + describe::member_key(method.name, method.selector);
+        if (member.part != MemberPart::response) {
+          add(full, "request", at, member, method.request, method.e2e);
+        }
+        if (member.part != MemberPart::request && !method.fire_and_forget) {
+          add(full, "response", at, member, describe::response_of(system_.model, method), method.e2e);
+        }
+        return;
+      }
+      case LoweredMember::Kind::field: {
+        // All parts of a field carry the same, in a protection of their own.
+        const describe::Field& field = service.fields[member.index];
+        const char* const part = member.part == MemberPart::getter     ? "get"
+                                 : member.part == MemberPart::setter   ? "set"
+                                 : member.part == MemberPart::notifier ? "notify"
+                                                                       : "payload";
+        add(name + field.name, part, at, member, field.payload,
+            member.part == MemberPart::getter   ? field.getter_e2e
+            : member.part == MemberPart::setter ? field.setter_e2e
+                                                : field.e2e);
+        return;
+      }
+    }
+  }
+
+  void add(std::string element, std::string part, std::size_t service_at, const describe::NamedMember& member,
+           Payload payload, const Protection& e2e) {
+    const bool is_response = part == "response";
+    Part made{
+        .element = std::move(element), .name = std::move(part), .payload = std::move(payload), .e2e = e2e};
+    if (const LoweredMember* const lowered = system_.lowered.member(member.kind, service_at, member.index)) {
+      made.type = lowered->type;
+      if (member.kind == LoweredMember::Kind::method) {
+        made.type += messages::service_suffixes[is_response ? 1 : 0];
+      }
+      made.rules = is_response ? lowered->response : lowered->rules;
       made.argument = lowered->argument;
     }
     found_.push_back(std::move(made));
@@ -251,11 +198,22 @@ class Search {
   const describe::System& system_;
   std::string wanted_;
   std::vector<Part> found_;
-  std::vector<std::string> names_;
 };
 
+/// All members of all services, for errors.
+std::vector<std::string> names_of(const Model& model) {
+  std::vector<std::string> names;
+  for (const describe::Service& service : model.services) {
+    for (const std::string& member : describe::member_names(service)) {
+      names.push_back(service.name + "." + member);
+    }
+  }
+  return names;
+}
+
 tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::System& system, const Part& part,
-                                                           std::string_view values) {
+                                                           std::string_view values,
+                                                           std::string_view values_name) {
   if (part.payload.values.empty()) {
     return std::vector<std::byte>{};
   }
@@ -288,7 +246,8 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
       return std::move(*again);
     }
   }
-  return tl::unexpected{"values: " + to_string(bytes.error())};
+  return tl::unexpected{fmt::format("{}:{}{}", values_name, bytes.error().place.line == 0 ? " " : "",
+                                    to_string(bytes.error()))};
 }
 
 std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::size_t size, std::size_t most) {
@@ -301,14 +260,63 @@ std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::siz
 
 }  // namespace
 
+void add_header(const Protection& e2e, Layout& layout, std::vector<std::byte>* bytes) {
+  const bool has_bytes = bytes != nullptr;
+  const auto place_of_header = describe::protection_header(e2e);
+  const std::vector<HeaderField> fields = header_fields(e2e.profile);
+  if (!place_of_header || fields.empty()) {
+    return;
+  }
+  const std::size_t at = place_of_header->at;
+  std::size_t size = 0;
+  std::vector<ByteRange> header;
+  for (const HeaderField& field : fields) {
+    header.push_back({.offset = at + size,
+                      .offset_text = fmt::to_string(at + size),
+                      .bytes = field.bytes,
+                      .size_text = fmt::to_string(field.bytes),
+                      .path = fmt::format("(E2E {})", field.name),
+                      .type = "header",
+                      .rule = fmt::format("profile {}, written when it is sent", e2e.profile)});
+    size += field.bytes;
+  }
+  auto place = layout.ranges.begin();
+  while (place != layout.ranges.end() && (place->depth > 0 || (place->offset && *place->offset < at))) {
+    ++place;
+  }
+  for (auto range = place; range != layout.ranges.end(); ++range) {
+    // Parts of elements count from these, where the layout is without bytes.
+    if (range->depth == 0 || has_bytes) {
+      const std::size_t digits = range->offset_text.find_first_not_of("0123456789");
+      const std::size_t before = range->offset ? *range->offset : std::stoul(range->offset_text);
+      range->offset_text = fmt::to_string(before + size) +
+                           (digits == std::string::npos ? std::string{} : range->offset_text.substr(digits));
+      if (range->offset) {
+        range->offset = before + size;
+      }
+    }
+  }
+  for (describe::LayoutError& error : layout.errors) {
+    error.offset += error.offset >= at ? size : 0;
+  }
+  layout.ranges.insert(place, header.begin(), header.end());
+  if (has_bytes) {
+    bytes->insert(bytes->begin() + static_cast<std::ptrdiff_t>(std::min(at, bytes->size())), size,
+                  std::byte{0});
+  }
+}
+
 tl::expected<std::vector<Explanation>, std::string> explain(const describe::System& system,
-                                                            std::string_view element,
-                                                            std::string_view values) {
-  Search search{system, element};
-  std::vector<Part> parts = search.run();
+                                                            std::string_view element, std::string_view values,
+                                                            std::string_view values_name) {
+  auto found = Search{system, element}.run();
+  if (!found) {
+    return tl::unexpected{found.error()};
+  }
+  std::vector<Part> parts = std::move(*found);
   if (parts.empty()) {
     std::string text = fmt::format("there is no element or type {}", documents::quote(std::string{element}));
-    const std::vector<std::string>& names = search.names();
+    const std::vector<std::string> names = names_of(system.model);
     if (const std::string likely = documents::nearest(std::string{element}, names); !likely.empty()) {
       text += fmt::format("; did you mean {}?", documents::quote(likely));
     } else if (!names.empty()) {
@@ -330,14 +338,14 @@ tl::expected<std::vector<Explanation>, std::string> explain(const describe::Syst
     if (values.empty()) {
       one.layout = describe::layout(system.model, part.payload);
     } else {
-      auto bytes = bytes_of(system, part, values);
+      auto bytes = bytes_of(system, part, values, values_name);
       if (!bytes) {
         return tl::unexpected{bytes.error()};
       }
       one.bytes = std::move(*bytes);
       one.layout = describe::layout(system.model, part.payload, one.bytes);
     }
-    add_header(part.e2e, !values.empty(), one.layout, one.bytes);
+    add_header(part.e2e, one.layout, values.empty() ? nullptr : &one.bytes);
     all.push_back(std::move(one));
   }
   return all;

@@ -21,14 +21,20 @@ struct Explanation {
 /// Explains an element: an event, method or field ("Door.open", "car.Door.open", "Door.open.response"), or a
 /// type
 /// ("Obstacle", "org.example.Obstacle", "sensor_msgs/msg/PointCloud2").
-/// @param values  YAML or JSON with the fields of the ROS message; empty: none, and the layout is a table of
-/// what may
-///                be there. Of a method they are those of the request, unless the element ends in
-///                ".response".
+/// @param values  YAML or JSON, in the words of the description or of its ROS message; empty: none, and the
+/// layout
+///                is a table of what may be there. Of a method they are those of the request, unless the
+///                element ends in ".response".
+/// @param values_name  of the file with the values, for errors: "NAME:2:7: opening: expected …".
 /// @return a method has two parts; or what is wrong, with the names that there are.
-[[nodiscard]] tl::expected<std::vector<Explanation>, std::string> explain(const describe::System& system,
-                                                                          std::string_view element,
-                                                                          std::string_view values);
+[[nodiscard]] tl::expected<std::vector<Explanation>, std::string> explain(
+    const describe::System& system, std::string_view element, std::string_view values,
+    std::string_view values_name = "values");
+
+/// Puts the header of a protection into a layout, and zeros for it into the bytes.
+/// @param bytes  null: the layout is one without values.
+void add_header(const describe::Protection& e2e, describe::Layout& layout,
+                std::vector<std::byte>* bytes = nullptr);
 
 /// As a table for people.
 [[nodiscard]] std::string to_text(const Explanation& explanation);

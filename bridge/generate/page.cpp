@@ -8,11 +8,14 @@
 #include <optional>
 #include <utility>
 
+#include "bridge/cli/protection.hpp"
 #include "bridge/describe/join.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
+#include "bridge/describe/protection.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/section.hpp"
+#include "bridge/generate/explanation.hpp"
 #include "bridge/generate/page_form.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 
@@ -63,10 +66,13 @@ Json ranges_json(const describe::Layout& layout, std::optional<ByteView> bytes) 
 }
 
 /// The bytes of a payload, and what they are.
-Json bytes_json(const describe::Model& model, const describe::Payload& payload, ByteView bytes) {
-  const describe::Layout layout = describe::layout(model, payload, bytes);
+/// @param e2e  its header, which is not among the bytes, is shown as zeros.
+Json bytes_json(const describe::Model& model, const describe::Payload& payload, std::vector<std::byte> bytes,
+                const describe::Protection& e2e) {
+  describe::Layout layout = describe::layout(model, payload, bytes);
+  add_header(e2e, layout, &bytes);
   std::string hex;
-  messages::append_hex(hex, bytes.first(std::min<std::size_t>(bytes.size(), 4096)));
+  messages::append_hex(hex, ByteView{bytes}.first(std::min<std::size_t>(bytes.size(), 4096)));
   Json json{{"ranges", ranges_json(layout, bytes)}, {"hex", hex}, {"bytes", bytes.size()}};
   if (!layout.errors.empty()) {
     const describe::LayoutError& first = layout.errors.front();
@@ -95,7 +101,9 @@ std::shared_ptr<const PageSystem> Page::load(const PageQuestion& question) {
   if (!known) {
     files_ = question.files;
     reading_ = describe::read_sources(files_, no_loader(),
-                                      {.set_event_bit = settings_.set_event_bit, .look_beside = false});
+                                      {.set_event_bit = settings_.set_event_bit,
+                                       .type_folders = settings_.type_folders,
+                                       .look_beside = false});
     if (!settings_.captured.files.empty() && reading_.ok()) {
       describe::append(reading_.model, settings_.captured);
       std::vector<documents::Problem> contradictions = describe::join(reading_.model);
@@ -143,6 +151,7 @@ web::Answer Page::system(const PageSystem& loaded) {
                   {"problems", std::move(problems)},
                   {"targets", std::move(all)},
                   {"lock", loaded.lock.services.empty() ? std::string{} : to_text(loaded.lock)},
+                  {"renamed", loaded.system.renamed},
                   {"model", loaded.was_read ? describe::to_json(loaded.system.model, true) : Json{}}});
 }
 
@@ -195,7 +204,9 @@ web::Answer Page::answer(const web::Request& request) {
   const describe::Model& model = loaded->system.model;
   const PagePart part = member->part(model, question->part == "response");
   if (request.path == "/api/layout" && question->values.empty()) {
-    return json_of({{"ranges", ranges_json(describe::layout(model, part.payload), std::nullopt)}});
+    describe::Layout layout = describe::layout(model, part.payload);
+    add_header(part.e2e, layout);
+    return json_of({{"ranges", ranges_json(layout, std::nullopt)}});
   }
   auto tree = part.tree(*loaded);
   if (!tree) {
@@ -204,11 +215,11 @@ web::Answer Page::answer(const web::Request& request) {
   if (request.path == "/api/form") {
     return json_of(form_of(model, *tree, part.values(loaded->system, tree->root())));
   }
-  const auto bytes = part.bytes(std::move(*tree), question->values);
+  auto bytes = part.bytes(std::move(*tree), question->values);
   if (!bytes) {
     return json_of({{"error", to_string(bytes.error())}, {"field", bytes.error().field}});
   }
-  return json_of(bytes_json(model, part.payload, *bytes));
+  return json_of(bytes_json(model, part.payload, std::move(*bytes), part.e2e));
 }
 
 tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
@@ -229,19 +240,20 @@ tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
   const describe::Service& service = member->service();
   PageCall call;
   const bool gets = question->access == "getter";
-  bool is_protected = false;
   std::optional<someip::MethodId> id;
   if (const describe::Method* const method = member->method()) {
     id = method->id;
     call.forget = method->fire_and_forget;
     call.call.timeout = method->timeout.value_or(std::chrono::seconds{5});
-    is_protected = !method->e2e.profile.empty();
+    if (method->request_transfer.transport == Transport::tcp) {
+      call.call.transport = Transport::tcp;
+    }
   } else {
-    id = gets ? member->field()->getter : member->field()->setter;
-    is_protected = !member->field()->e2e.profile.empty();
-  }
-  if (is_protected) {
-    return fail("it has end-to-end protection, which calls from this page do not support");
+    const describe::Field& field = *member->field();
+    id = gets ? field.getter : field.setter;
+    if ((gets ? field.getter_transfer : field.setter_transfer).transport == Transport::tcp) {
+      call.call.transport = Transport::tcp;
+    }
   }
   if (!service.id || !id) {
     return fail("it has no id");
@@ -268,11 +280,38 @@ tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
     }
     call.payload = std::move(*bytes);
   }
-  call.show = [loaded, part = member->part(model, true)](ByteView response) {
-    Json json = bytes_json(loaded->system.model, part.payload, response);
-    const auto text = part.yaml(*loaded, response);
-    json["ok"] = text.has_value();
-    json["text"] = text ? *text : documents::printable(text.error());
+  const describe::Protection& e2e = member->protection(gets);
+  std::size_t header_at = 0;
+  std::size_t header_bytes = 0;
+  if (!e2e.profile.empty()) {
+    auto spec = cli::protection_of_call(e2e, *id, !call.forget);
+    if (!spec) {
+      call.note = fmt::format("without its E2E protection (profile {}): {}", e2e.profile, spec.error());
+    } else if (const std::string why = cli::misfit_of_protection(*spec, member->name(), call.payload);
+               !why.empty()) {
+      return fail(why);
+    } else {
+      call.service.e2e.push_back(std::move(*spec));
+    }
+    if (const auto header = describe::protection_header(e2e)) {
+      header_at = header->at;
+      header_bytes = header->bytes;
+    }
+  }
+  call.show = [loaded, header_at, header_bytes, note = call.note,
+               part = member->part(model, true)](const sd::Response& response) {
+    std::vector<std::byte> payload = response.payload;
+    // A check takes the header out.
+    if (!response.check && payload.size() >= header_at + header_bytes) {
+      const auto begin = payload.begin() + static_cast<std::ptrdiff_t>(header_at);
+      payload.erase(begin, begin + static_cast<std::ptrdiff_t>(header_bytes));
+    }
+    const auto text = part.yaml(*loaded, payload);
+    Json json = bytes_json(loaded->system.model, part.payload, std::move(payload), {});
+    std::string said = response.check ? cli::failed_check(*response.check, "the answer") : note;
+    json["ok"] = text.has_value() && (!response.check || said.empty());
+    said += said.empty() ? "" : "\n";
+    json["text"] = said + (text ? *text : documents::printable(text.error()));
     return json_of(json);
   };
   return call;

@@ -8,6 +8,7 @@
 #include "bridge/generate/page_question.hpp"
 #include "bridge/generate/targets.hpp"
 #include "bridge/web/server.hpp"
+#include "sd/net/proxy.hpp"
 #include "sd/net/service_spec.hpp"
 
 namespace trestle::generate {
@@ -18,7 +19,8 @@ struct PageCall {
   sd::CallSpec call{};
   std::vector<std::byte> payload{};
   bool forget = false;  ///< no response comes
-  std::function<web::Answer(ByteView response)> show{};
+  std::string note{};   ///< what people should know of the call; empty: nothing
+  std::function<web::Answer(const sd::Response& response)> show{};
 };
 
 /// The answers to what the page of `trestle generate --ui` asks, JSON to JSON:
@@ -30,7 +32,8 @@ struct PageCall {
 ///   POST /api/layout   the bytes of a payload, with values or without
 ///   POST /api/call     call(): the answer comes later
 ///
-/// Opens no file and no socket: what files import is looked for among the files of the question alone.
+/// Opens no file and no socket: what files import is looked for among the files of the question alone. Of the
+/// folders of --types it opens what the files name as types of ROS.
 class Page {
  public:
   struct Settings {
@@ -39,6 +42,7 @@ class Page {
     describe::IdLock lock{};                    ///< ids that were chosen before
     TargetOptions targets{};
     bool set_event_bit = true;
+    std::vector<std::string> type_folders{};  ///< with packages of ROS types, "--types"
   };
   explicit Page(Settings settings);
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 #include "sd/net/proxy.hpp"
@@ -58,13 +59,18 @@ void PageCaller::call(PageCall call, Done done) {
           return;
         }
         if (!error) {
-          finish(ended, ended->what.show(response.payload));
+          finish(ended, ended->what.show(response));
         } else if (error == sd::CallFault::unavailable) {
           finish(ended, error_answer(fmt::format("nobody offers service 0x{:04x} in major version {}",
                                                  someip::value(ended->what.service.service),
                                                  ended->what.service.major)));
         } else {
-          std::string text = error.message();
+          std::string text =
+              response.check ? cli::failed_check(*response.check, "the answer") : std::string{};
+          text = text.empty() ? error.message() : text;
+          if (!ended->what.note.empty()) {
+            text += "; it was called " + ended->what.note;
+          }
           if (!response.payload.empty()) {
             messages::append_hex(text += ": ", response.payload);
           }
@@ -76,7 +82,10 @@ void PageCaller::call(PageCall call, Done done) {
 void PageCaller::send(const std::shared_ptr<Call>& call) {
   const auto payload = std::make_shared<const std::vector<std::byte>>(call->what.payload);
   if (call->proxy.send(call->what.call, *payload, payload)) {
-    finish(call, web::json_answer(R"({"ok":true,"text":"sent; no response is expected"})"));
+    const std::string note = call->what.note.empty() ? std::string{} : " " + call->what.note;
+    nlohmann::ordered_json json{{"ok", true}, {"text", "sent" + note + "; no response is expected"}};
+    finish(call,
+           web::json_answer(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)));
     return;
   }
   if (std::chrono::steady_clock::now() >= call->until) {

@@ -1,6 +1,5 @@
 #include "bridge/generate/page_member.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "bridge/describe/layout.hpp"
@@ -13,17 +12,11 @@ namespace {
 
 using describe::LoweredMember;
 
-template <typename Elements>
-std::optional<std::size_t> place_of(const Elements& all, std::string_view key) {
-  const auto found = std::ranges::find_if(all, [&](const auto& one) {
-    if constexpr (requires { one.selector; }) {
-      return describe::member_key(one.name, one.selector) == key;
-    } else {
-      return one.name == key;
-    }
-  });
-  return found == all.end() ? std::nullopt
-                            : std::optional{static_cast<std::size_t>(std::distance(all.begin(), found))};
+/// As the JSON of a model calls it.
+std::string_view list_of(LoweredMember::Kind kind) {
+  return kind == LoweredMember::Kind::event    ? "events"
+         : kind == LoweredMember::Kind::method ? "methods"
+                                               : "fields";
 }
 
 }  // namespace
@@ -86,20 +79,37 @@ std::optional<PageMember> PageMember::of(const PageSystem& system, const std::st
   if (found.service_ == nullptr) {
     return std::nullopt;
   }
-  const auto take = [&](LoweredMember::Kind as, const auto& all, auto& into) {
-    if (const auto at = place_of(all, member)) {
-      into = &all[*at];
-      const auto index = static_cast<std::size_t>(found.service_ - model.services.data());
-      found.lowered_ = system.system.lowered.member(as, index, *at);
+  const auto index = static_cast<std::size_t>(found.service_ - model.services.data());
+  for (const describe::NamedMember& one : describe::named_members(*found.service_, member)) {
+    if (one.part != describe::NamedMember::Part::whole || kind != list_of(one.kind)) {
+      continue;
     }
-    return into != nullptr;
-  };
-  const bool is_there =
-      kind == "methods"  ? take(LoweredMember::Kind::method, found.service_->methods, found.method_)
-      : kind == "events" ? take(LoweredMember::Kind::event, found.service_->events, found.event_)
-      : kind == "fields" ? take(LoweredMember::Kind::field, found.service_->fields, found.field_)
-                         : false;
-  return is_there ? std::optional{found} : std::nullopt;
+    switch (one.kind) {
+      case LoweredMember::Kind::event:
+        found.event_ = &found.service_->events[one.index];
+        break;
+      case LoweredMember::Kind::method:
+        found.method_ = &found.service_->methods[one.index];
+        break;
+      case LoweredMember::Kind::field:
+        found.field_ = &found.service_->fields[one.index];
+        break;
+    }
+    found.lowered_ = system.system.lowered.member(one.kind, index, one.index);
+    return found;
+  }
+  return std::nullopt;
+}
+
+std::string PageMember::name() const {
+  const std::string member = method_ != nullptr  ? describe::member_key(method_->name, method_->selector)
+                             : event_ != nullptr ? describe::member_key(event_->name, event_->selector)
+                                                 : field_->name;
+  return service_->name + "." + member;
+}
+
+const describe::Protection& PageMember::protection(bool gets) const {
+  return method_ != nullptr ? method_->e2e : gets ? field_->getter_e2e : field_->setter_e2e;
 }
 
 PagePart PageMember::part(const describe::Model& model, bool response) const {
@@ -110,11 +120,13 @@ PagePart PageMember::part(const describe::Model& model, bool response) const {
   }
   if (method_ == nullptr) {
     part.payload = event_ != nullptr ? event_->payload : field_->payload;
+    part.e2e = event_ != nullptr ? event_->e2e : field_->e2e;
     return part;
   }
   if (lowered_ != nullptr) {
     part.type += messages::service_suffixes[response ? 1 : 0];
   }
+  part.e2e = method_->e2e;
   if (!response) {
     part.payload = method_->request;
     return part;

@@ -26,6 +26,7 @@ struct PagePart {
   describe::Payload payload{};  ///< an error of the method among its values
   std::string type{};           ///< the ROS message; empty: it has none
   messages::MessageRules rules{};
+  describe::Protection e2e{};  ///< of a field that of the notifier
 
   /// The message; or why there is none.
   [[nodiscard]] tl::expected<messages::TypeTree, std::string> tree(const PageSystem& system) const;
@@ -53,6 +54,10 @@ class PageMember {
   /// Null: it is something else.
   [[nodiscard]] const describe::Method* method() const noexcept { return method_; }
   [[nodiscard]] const describe::Field* field() const noexcept { return field_; }
+  /// "Door.open"
+  [[nodiscard]] std::string name() const;
+  /// End-to-end protection of calls: of the method, or of a getter or setter.
+  [[nodiscard]] const describe::Protection& protection(bool gets) const;
   /// @param response  that of a method; all others have one payload.
   [[nodiscard]] PagePart part(const describe::Model& model, bool response) const;
 

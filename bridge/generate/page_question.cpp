@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -59,31 +60,94 @@ void read_id(const Parsed& object, const char* key, std::optional<std::uint16_t>
   }
 }
 
+/// A text of decimal digits.
+template <typename Number>
+void read_number(const Parsed& object, const char* key, std::uint64_t most, std::optional<Number>& number,
+                 const std::string& what) {
+  if (const Parsed* const value = find(object, key)) {
+    const auto format = documents::whole_number(0, most);
+    const auto read = value->is_string() ? format.read(value->get<std::string>()) : std::nullopt;
+    if (!read) {
+      throw BadQuestion{fmt::format("{}.{}: expected {} as a text", what, key, format.expected)};
+    }
+    number = static_cast<Number>(*read);
+  }
+}
+
+/// A name that all targets can have.
+void read_name(const Parsed& object, std::optional<std::string>& name, const std::string& what) {
+  constexpr std::size_t longest = 128;  // AUTOSAR's
+  if (find(object, "name") == nullptr) {
+    return;
+  }
+  const std::string text = text_of(object, "name");
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const bool is_good =
+      !text.empty() && text.size() <= longest && is_letter(text.front()) &&
+      std::ranges::all_of(text, [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
+  if (!is_good) {
+    throw BadQuestion{
+        fmt::format("{}.name: expected a letter and up to {} letters, digits and underscores behind it", what,
+                    longest - 1)};
+  }
+  name = text;
+}
+
+void read_groups(const Parsed& object, std::optional<std::vector<someip::EventgroupId>>& groups,
+                 const std::string& what) {
+  const Parsed* const list = find(object, "eventgroups");
+  if (list == nullptr) {
+    return;
+  }
+  constexpr std::size_t most = 64;
+  if (!list->is_array() || list->empty() || list->size() > most) {
+    throw BadQuestion{fmt::format("{}.eventgroups: expected a list of 1 to {} ids", what, most)};
+  }
+  groups.emplace();
+  for (const Parsed& one : *list) {
+    const someip::EventgroupId id{id_of(one, what + ".eventgroups")};
+    if (std::ranges::find(*groups, id) == groups->end()) {
+      groups->push_back(id);
+    }
+  }
+}
+
+describe::MemberEdit member_edit_of(const Parsed& object, const std::string& what) {
+  describe::MemberEdit edit;
+  read_name(object, edit.name, what);
+  read_id(object, "id", edit.id, what);
+  read_id(object, "getter", edit.getter, what);
+  read_id(object, "setter", edit.setter, what);
+  read_id(object, "notifier", edit.notifier, what);
+  read_groups(object, edit.eventgroups, what);
+  if (const std::string transport = text_of(object, "transport"); transport == "tcp" || transport == "udp") {
+    edit.transport = transport == "tcp" ? Transport::tcp : Transport::udp;
+  } else if (!transport.empty()) {
+    throw BadQuestion{what + ".transport: expected udp or tcp"};
+  }
+  return edit;
+}
+
 describe::ServiceEdit edit_of(const Parsed& object, const std::string& name) {
   describe::ServiceEdit edit;
+  read_name(object, edit.name, name);
   read_id(object, "id", edit.id, name);
   read_id(object, "instance", edit.instance, name);
-  const auto each = [&](const char* key, const auto& add) {
-    if (const Parsed* const members = find(object, key)) {
-      for (const auto& [member, value] : an_object(*members, name + "." + key).items()) {
-        add(member, value);
+  read_number(object, "major", 0xfe, edit.major, name);  // 0xff is any version
+  read_number(object, "minor", 0xffff'fffe, edit.minor, name);
+  read_number(object, "udp_port", 0xffff, edit.udp_port, name);
+  read_number(object, "tcp_port", 0xffff, edit.tcp_port, name);
+  const auto members = [&](const char* key, describe::ServiceEdit::Members& into) {
+    if (const Parsed* const all = find(object, key)) {
+      for (const auto& [member, value] : an_object(*all, name + "." + key).items()) {
+        const std::string what = name + "." + member;
+        into[member] = member_edit_of(an_object(value, what), what);
       }
     }
   };
-  each("methods", [&](const std::string& member, const Parsed& value) {
-    edit.methods[member] = id_of(value, name + "." + member);
-  });
-  each("events", [&](const std::string& member, const Parsed& value) {
-    edit.events[member] = id_of(value, name + "." + member);
-  });
-  each("fields", [&](const std::string& member, const Parsed& value) {
-    const std::string what = name + "." + member;
-    describe::ServiceEdit::FieldIds& ids = edit.fields[member];
-    an_object(value, what);
-    read_id(value, "getter", ids.getter, what);
-    read_id(value, "setter", ids.setter, what);
-    read_id(value, "notifier", ids.notifier, what);
-  });
+  members("methods", edit.methods);
+  members("events", edit.events);
+  members("fields", edit.fields);
   return edit;
 }
 

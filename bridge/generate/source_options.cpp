@@ -227,6 +227,16 @@ std::optional<Page::Settings> SourceArguments::load() {
   // Imports are read now: the page opens no file.
   Page::Settings settings{.files = opened.texts, .captured = std::move(opened.captured)};
   settings.set_event_bit = !keep_event_ids_;
+  settings.type_folders = type_folders_;
+  // Of the page's own files only names are known.
+  for (const describe::SourceText& file : opened.texts) {
+    const auto folder = describe::kind_of(file.name, file.text) == describe::SourceKind::ros
+                            ? describe::ros_package_folder(file)
+                            : std::nullopt;
+    if (folder && std::ranges::find(settings.type_folders, *folder) == settings.type_folders.end()) {
+      settings.type_folders.push_back(*folder);
+    }
+  }
   const describe::Load load = describe::file_loader();
   std::ignore = describe::read_sources(opened.texts, [&](const std::string& name) {
     auto text = load(name);

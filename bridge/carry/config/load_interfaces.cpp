@@ -12,12 +12,14 @@
 #include <string_view>
 #include <tuple>
 
+#include "bridge/carry/config/elements.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/describe/write/routes/route_entries.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -49,6 +51,8 @@ struct Generate {
   bool all = false;
   std::vector<std::string> services{};  ///< by name or full name; empty: all
   describe::RouteOptions options{};
+  std::vector<IpAddress> from_bridges{};  ///< of what the bridge offers
+  documents::Mark from_bridges_mark{};
 };
 
 documents::Format<Side> side() {
@@ -77,6 +81,8 @@ Generate load_generate(const YAML::Node& node, documents::Problems& problems) {
   }
   section.read("prefix", documents::any_text("what names of topics and services begin with"),
                generate.options.prefix);
+  load_from_bridges(section, true, "", generate.from_bridges, problems);
+  generate.from_bridges_mark = section.use_mark("from_bridges");
   section.finish();
   return generate;
 }
@@ -140,6 +146,7 @@ const char* list_of(describe::LoweredMember::Kind kind) {
 /// A member that a `someip` names.
 struct Named {
   const describe::Service* service = nullptr;
+  std::optional<someip::InstanceId> instance{};  ///< that it names, too
   describe::RouteMember member{};
 };
 
@@ -151,14 +158,10 @@ class Expansion {
  public:
   Expansion(const describe::System& system, const describe::RouteOptions& options,
             documents::Problems& problems)
-      : system_{system}, entries_{system.model, system.lowered, options}, problems_{problems} {
-    for (const describe::Service& service : system.model.services) {
-      services_[service.name].push_back(&service);
-      if (!service.scope.empty()) {
-        services_[describe::full_name(service.scope, service.name)].push_back(&service);
-      }
-    }
-  }
+      : system_{system},
+        entries_{system.model, system.lowered, options},
+        problems_{problems},
+        services_{system.model} {}
 
   /// Replaces `someip` in the elements of a list. What cannot be found is told of here and taken out: the
   /// loader of the list would miss all that the name stands for.
@@ -225,7 +228,7 @@ class Expansion {
     if (!named) {
       return false;
     }
-    const describe::Instance* instance = instance_of(*named->service, element, mark);
+    const describe::Instance* instance = instance_of(*named, element, mark);
     if (instance == nullptr) {
       return false;
     }
@@ -251,46 +254,37 @@ class Expansion {
     return true;
   }
 
-  static std::optional<std::size_t> index_of(const describe::Service& service,
-                                             describe::LoweredMember::Kind kind, std::string_view member) {
-    const auto index = [&](const auto& members) {
-      const auto found = std::ranges::find_if(members, [&](const auto& one) { return one.name == member; });
-      return found == members.end() ? std::nullopt
-                                    : std::optional{static_cast<std::size_t>(found - members.begin())};
-    };
-    using Kind = describe::LoweredMember::Kind;
-    return kind == Kind::event    ? index(service.events)
-           : kind == Kind::method ? index(service.methods)
-                                  : index(service.fields);
+  /// What of a service the list can carry: a member of its kinds, or a notifier as an event.
+  static std::optional<describe::RouteMember> member_for(const std::string& list,
+                                                         const describe::NamedMember& named) {
+    using Part = describe::NamedMember::Part;
+    const bool is_notifier = list == "routes" && named.kind == describe::LoweredMember::Kind::field;
+    const auto kinds = kinds_of(list);
+    if (std::ranges::find(kinds, named.kind) == kinds.end() ||
+        (named.part != Part::whole && !(is_notifier && named.part == Part::notifier))) {
+      return std::nullopt;
+    }
+    return describe::RouteMember{named.kind, named.index, is_notifier};
   }
 
   /// Members of the kinds that the list has.
   std::optional<Named> find(const std::string& text, const std::string& list, documents::Mark mark) {
-    using Kind = describe::LoweredMember::Kind;
-    const std::size_t dot = text.rfind('.');
-    const std::string member = dot == std::string::npos ? std::string{} : text.substr(dot + 1);
-    const auto services = services_.find(text.substr(0, dot == std::string::npos ? 0 : dot));
     std::optional<Named> found;
-    std::optional<Kind> elsewhere;
-    for (const describe::Service* const service :
-         services == services_.end() ? std::vector<const describe::Service*>{} : services->second) {
-      std::optional<Named> here;
-      for (const Kind kind : kinds_of(list)) {
-        const auto index = here ? std::nullopt : index_of(*service, kind, member);
-        if (index) {
-          here = Named{service, {kind, *index, list == "routes" && kind == Kind::field}};
+    std::optional<describe::LoweredMember::Kind> elsewhere;
+    for (const describe::NamedService& named : services_.find(text)) {
+      const describe::Service& service = system_.model.services[named.service];
+      std::optional<describe::RouteMember> here;
+      for (const describe::NamedMember& member : describe::named_members(service, named.rest)) {
+        here = here ? here : member_for(list, member);
+        if (!elsewhere && member.part == describe::NamedMember::Part::whole) {
+          elsewhere = member.kind;
         }
       }
-      for (const Kind kind : {Kind::event, Kind::method, Kind::field}) {
-        elsewhere = elsewhere || !index_of(*service, kind, member) ? elsewhere : std::optional{kind};
-      }
       if (here && found) {
-        problems_.error(mark, fmt::format("someip: there are {} and {}: write the full name",
-                                          describe::full_name(found->service->scope, found->service->name),
-                                          describe::full_name(service->scope, service->name)));
+        problems_.error(mark, "someip: " + describe::several_services(*found->service, service));
         return std::nullopt;
       }
-      found = here ? here : found;
+      found = here ? Named{&service, named.instance, *here} : found;
     }
     if (found) {
       return found;
@@ -303,16 +297,11 @@ class Expansion {
     constexpr std::size_t most_hints = 3000;  // names that are compared
     std::vector<std::string> known;
     for (const describe::Service& service : system_.model.services) {
-      const auto add = [&](const auto& members) {
-        for (const auto& one : members) {
-          if (known.size() < most_hints) {
-            known.push_back(service.name + "." + one.name);
-          }
+      for (const std::string& member : describe::member_names(service)) {
+        if (known.size() < most_hints) {
+          known.push_back(service.name + "." + member);
         }
-      };
-      add(service.methods);
-      add(service.events);
-      add(service.fields);
+      }
     }
     const std::string likely = documents::nearest(text, known);
     problems_.error(mark,
@@ -321,12 +310,21 @@ class Expansion {
     return std::nullopt;
   }
 
-  const describe::Instance* instance_of(const describe::Service& service, const YAML::Node& element,
-                                        documents::Mark mark) {
+  const describe::Instance* instance_of(const Named& named, const YAML::Node& element, documents::Mark mark) {
+    const describe::Service& service = *named.service;
     const std::string full = describe::full_name(service.scope, service.name);
     const YAML::Node wanted = element["instance"];
-    const auto number =
+    auto number =
         wanted.IsDefined() && wanted.IsScalar() ? documents::read_whole(wanted.Scalar()) : std::nullopt;
+    if (named.instance) {
+      const std::uint16_t of_name = someip::value(*named.instance);
+      if (wanted.IsDefined() && number != of_name) {
+        problems_.error(
+            mark, fmt::format("someip: it names the instance 0x{:04x}, and `instance` another one", of_name));
+        return nullptr;
+      }
+      number = of_name;
+    }
     const describe::Instance* found = nullptr;
     for (const describe::Instance& instance : system_.model.instances) {
       if (instance.service != full || !instance.id || (number && *number != someip::value(*instance.id))) {
@@ -360,15 +358,24 @@ class Expansion {
   const describe::System& system_;
   describe::RouteEntries entries_;
   documents::Problems& problems_;
-  std::map<std::string, std::vector<const describe::Service*>, std::less<>> services_{};  ///< by both names
+  describe::ServiceNames services_;
   std::set<Taken> taken_{};
 };
+
+/// Whether the bridge takes it from ROS 2 to SOME/IP.
+bool is_offered(const YAML::Node& entry) {
+  const auto is = [&](const char* key, const char* word) {
+    return entry[key].IsDefined() && entry[key].Scalar() == word;
+  };
+  return is("direction", "dds_to_someip") || is("server", "ros");
+}
 
 /// Adds what `generate` wishes to the lists, but for what the file has itself.
 void add_generated(YAML::Node& root, const describe::System& system, const Generate& generate,
                    const Expansion& expansion, documents::Mark mark, documents::Problems& problems) {
   std::vector<describe::NotCarried> lost;
   std::map<std::string, std::size_t> counts;
+  bool offers = false;
   for (const describe::RouteEntry& entry :
        describe::route_entries(system.model, system.lowered, generate.options, lost)) {
     const std::string service = entry.element.substr(0, entry.element.size() - entry.member.size() - 1);
@@ -380,10 +387,21 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
     if (!wanted || (root[entry.list].IsDefined() && !root[entry.list].IsSequence())) {
       continue;
     }
-    const std::optional<YAML::Node> rest = expansion.rest_of(entry);
+    std::optional<YAML::Node> rest = expansion.rest_of(entry);
+    if (rest && is_offered(*rest)) {
+      offers = true;
+      for (const IpAddress& bridge : generate.from_bridges) {
+        (*rest)["from_bridges"].push_back(someip::to_string(bridge));
+      }
+    }
     if (rest && ++counts[entry.list] <= generated_max) {
       root[entry.list].push_back(marked(*rest, mark));
     }
+  }
+  if (!generate.from_bridges.empty() && !offers) {
+    problems.error(generate.from_bridges_mark,
+                   "from_bridges: is for what the bridge offers, and nothing is generated that it does; "
+                   "`side: server` makes it");
   }
   for (const describe::NotCarried& one : lost) {
     problems.warning(mark, fmt::format("interfaces: not carried: {}: {}", one.element, one.what));

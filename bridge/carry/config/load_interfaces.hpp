@@ -21,7 +21,8 @@ struct AppliedInterfaces {
 /// Uses the interface descriptions that a configuration names:
 ///
 ///     interfaces: [car.arxml, Door.fidl, Door.fdepl]    from the folder of the configuration
-///     generate: all                                      a route for everything in them
+///     generate: all                                      a route for everything in them; or a mapping with
+///                                                        `services`, `side`, `prefix`, `from_bridges`
 ///     routes:
 ///       - {someip: Door.moved, topic: /door, direction: someip_to_dds}
 ///

@@ -179,6 +179,24 @@ TEST(Interfaces, NeedsTheFullNameWhereServicesShareOne) {
   EXPECT_EQ(interfaces.name_of(someip::ServiceId{2}), "b.Door");
 }
 
+TEST(Interfaces, TakesANameWithoutSelectorWhereOnlyOneHasIt) {
+  Model model;
+  Service service{.name = "Lamp", .scope = "a", .id = someip::ServiceId{1}};
+  service.methods = {{.name = "dim", .id = someip::MethodId{1}, .selector = "slowly"},
+                     {.name = "flash", .id = someip::MethodId{2}, .selector = "once"},
+                     {.name = "flash", .id = someip::MethodId{3}, .selector = "twice"}};
+  model.services.push_back(service);
+  service.scope = "a.Lamp";
+  model.services.push_back(service);
+  const Interfaces interfaces = of_model(std::move(model));
+  ASSERT_TRUE(interfaces.find("a.Lamp.dim")) << interfaces.find("a.Lamp.dim").error();
+  EXPECT_EQ(interfaces.find("a.Lamp.dim")->service, 0U);
+  EXPECT_EQ(interfaces.find("a.Lamp.Lamp.*.dim:slowly")->service, 1U);
+  EXPECT_THAT(interfaces.find("a.Lamp.flash").error(), HasSubstr("has no 'flash'"));
+  // Parts of a method are for `explain` alone.
+  EXPECT_FALSE(interfaces.find("a.Lamp.dim:slowly.response"));
+}
+
 TEST(Interfaces, TellsVersionsOfAServiceApart) {
   Model model;
   for (const std::uint8_t major : {std::uint8_t{1}, std::uint8_t{2}}) {

@@ -131,6 +131,30 @@ TEST(Explain, PrintsJson) {
   EXPECT_EQ(json[0]["ranges"][1]["bytes"], 2);
 }
 
+TEST(Explain, TakesTheNamesThatOtherToolsTake) {
+  const describe::System system =
+      system_of(std::string{door} + "attribute UInt8 tilt readonly\nbroadcast b:one { out { UInt8 d } }\n");
+  for (const char* name : {"Door.0x0001.open", "car.Door.1.moved", "Door.*.tilt.get", "Door.tilt.notify",
+                           "Door.b", "Door.open.request"}) {
+    const auto explained = explain(system, name, {});
+    EXPECT_TRUE(explained) << explained.error();
+  }
+  EXPECT_FALSE(explain(system, "Door.tilt.set", {}));
+  describe::System two = system;
+  two.model.services.push_back(two.model.services.front());
+  two.model.services.back().scope = "bus";
+  EXPECT_THAT(explain(two, "Door.moved", {}).error(),
+              HasSubstr("there are car.Door and bus.Door: write the full name"));
+  EXPECT_TRUE(explain(two, "bus.Door.moved", {}));
+}
+
+TEST(Explain, TellsThePlaceInTheValues) {
+  const describe::System system = system_of(door);
+  EXPECT_THAT(explain(system, "Door.moved", "side: 1\nangle: 70000\n", "moved.yaml").error(),
+              HasSubstr("moved.yaml:2:8: "));
+  EXPECT_THAT(explain(system, "Door.moved", "{side: 1", "moved.yaml").error(), HasSubstr("moved.yaml:1:9: "));
+}
+
 TEST(Explain, TellsWhatIsWrong) {
   const describe::System system = system_of(door);
   EXPECT_THAT(explain(system, "Door.mved", "").error(), HasSubstr("did you mean 'Door.moved'?"));

@@ -14,8 +14,8 @@ DOOR = source / "examples" / "door"
 SEAT = source / "examples" / "seat"
 
 
-def run(*arguments):
-    done = subprocess.run([program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60)
+def run(*arguments, **more):
+    done = subprocess.run([program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60, **more)
     return done.returncode, done.stdout, done.stderr
 
 
@@ -199,6 +199,7 @@ class Generate(unittest.TestCase):
         self.assertEqual(run("generate", DOOR, "--to", "arxml", "-o", out, "-q")[0], 0)
         status, output, errors = run("diff", DOOR, out)
         self.assertEqual(status, 0, output + errors)
+        self.assertNotIn("service-renamed", output)
 
     def test_reads_a_capture(self):
         status, output, errors = run("generate", source / "pcaps" / "vsomeip" / "rr_udp.pcap", "--to", "json")
@@ -359,6 +360,33 @@ class Generate(unittest.TestCase):
         status, _, errors = run("explain", "Door.opn", DOOR)
         self.assertEqual(status, 2)
         self.assertIn("did you mean 'Door.open'?", errors)
+
+    def test_explains_values_from_files_and_pipes(self):
+        values = "speed: FAST\nopening: 80\n"
+        status, expected, errors = run("explain", "Door.open", DOOR, "--values", "{speed: FAST, opening: 80}", "--json")
+        self.assertEqual(status, 0, errors)
+        file = self.folder / "values.yaml"
+        file.write_text(values)
+        for argument in ("-", "/dev/stdin", "@-"):
+            status, output, errors = run("explain", "Door.open", DOOR, "--json", "--values", argument, input=values)
+            self.assertEqual((status, output), (0, expected), errors)
+            with file.open() as opened:
+                status, output, errors = run("explain", "Door.open", DOOR, "--json", "--values", argument, stdin=opened)
+                self.assertEqual((status, output), (0, expected), errors)
+        for argument in (file, f"@{file}"):
+            status, output, errors = run("explain", "Door.open", DOOR, "--json", "--values", argument)
+            self.assertEqual((status, output), (0, expected), errors)
+        # What is no YAML, and what is no value of the type.
+        for text, place in (("speed: FAST\nopening: [80\n", "2:10"), ("speed: FAST\nopening: 800\n", "2:10")):
+            status, _, errors = run("explain", "Door.open", DOOR, "--values", "-", input=text)
+            self.assertEqual(status, 2)
+            self.assertIn(f"error: standard input:{place}: ", errors)
+            file.write_text(text)
+            status, _, errors = run("explain", "Door.open", DOOR, "--values", file)
+            self.assertIn(f"error: {file}:{place}: ", errors)
+        status, _, errors = run("explain", "Door.open", DOOR, "--values", self.folder / "none.yaml")
+        self.assertEqual(status, 2)
+        self.assertIn("there is no file", errors)
 
     def test_takes_the_fidl_and_the_arxml_of_one_service_for_one(self):
         status, output, errors = run("explain", "Seat.adjust", SEAT)

@@ -71,8 +71,8 @@ TEST_F(PageTest, GivesTheModelWithTheIdsThatAreWanted) {
                                                     {{"car.Lamp",
                                                       {{"id", "0x1234"},
                                                        {"instance", "7"},
-                                                       {"methods", {{"dim:fast", "0x0042"}}},
-                                                       {"events", {{"burnt", "0x8123"}}},
+                                                       {"methods", {{"dim:fast", {{"id", "0x0042"}}}}},
+                                                       {"events", {{"burnt", {{"id", "0x8123"}}}}},
                                                        {"fields", {{"level", {{"setter", "0x0077"}}}}}}}}}}));
   EXPECT_TRUE(system["good"]);
   const json& service = system["model"]["services"][0];
@@ -84,6 +84,157 @@ TEST_F(PageTest, GivesTheModelWithTheIdsThatAreWanted) {
   EXPECT_EQ(service["fields"][0]["setter"], "0x0077");
   EXPECT_THAT(system["targets"], SizeIs(targets().size()));
   EXPECT_THAT(system["lock"].get<std::string>(), HasSubstr("car.Lamp"));
+}
+
+TEST_F(PageTest, EditsNamesVersionsTransportsAndEventgroups) {
+  const json edits{
+      {"car.Lamp",
+       {{"name", "Light"},
+        {"major", "9"},
+        {"minor", "4"},
+        {"udp_port", "30509"},
+        {"tcp_port", "30510"},
+        {"methods", {{"dim:fast", {{"name", "fade"}, {"transport", "tcp"}}}}},
+        {"events", {{"burnt", {{"name", "dead"}, {"eventgroups", {"0x0007", "5"}}}}}},
+        {"fields", {{"level", {{"name", "height"}, {"transport", "tcp"}, {"eventgroups", {"7"}}}}}}}}};
+  const json system = ask("/api/system", question({{"edits", edits}}));
+  EXPECT_TRUE(system["good"]) << system["problems"];
+  const json& service = system["model"]["services"][0];
+  EXPECT_EQ(service["name"], "Light");
+  EXPECT_EQ(service["major"], 9);
+  EXPECT_EQ(service["minor"], 4);
+  EXPECT_EQ(service["instances"][0]["udp_port"], 30509);
+  EXPECT_EQ(service["instances"][0]["tcp_port"], 30510);
+  EXPECT_EQ(service["methods"][1]["name"], "fade");
+  EXPECT_EQ(service["methods"][1]["selector"], "fast");
+  EXPECT_EQ(service["methods"][1]["request_transport"], "tcp");
+  EXPECT_EQ(service["methods"][0]["request_transport"], "udp");
+  EXPECT_EQ(service["events"][0]["name"], "dead");
+  EXPECT_EQ(service["events"][0]["eventgroups"], json::parse(R"(["0x0007", "0x0005"])"));
+  EXPECT_EQ(service["fields"][0]["name"], "height");
+  EXPECT_EQ(service["fields"][0]["notifier_transport"], "tcp");
+  EXPECT_EQ(service["eventgroups"][1]["events"], json::parse(R"(["dead", "height"])"));
+  EXPECT_EQ(system["renamed"], json({{"car.Light", "car.Lamp"},
+                                     {"car.Light methods fade:fast", "dim:fast"},
+                                     {"car.Light events dead", "burnt"},
+                                     {"car.Light fields height", "level"}}));
+  // Questions have the names of now.
+  json asked = about("fields", "height", {{"edits", edits}, {"access", "getter"}});
+  asked["service"] = "car.Light";
+  const auto call = page_.call(post("/api/call", asked));
+  ASSERT_TRUE(call) << call.error().body;
+  EXPECT_EQ(call->service.major, 9);
+  EXPECT_EQ(call->call.transport, Transport::tcp);
+  const json routes = ask("/api/preview", question({{"edits", edits}, {"target", "routes"}}));
+  EXPECT_THAT(routes["files"][0]["text"].get<std::string>(), HasSubstr("/light/dead"));
+}
+
+TEST_F(PageTest, RefusesNamesThatAreTaken) {
+  const auto problem = [&](const json& edit) {
+    const json system = ask("/api/system", question({{"edits", {{"car.Lamp", edit}}}}));
+    EXPECT_FALSE(system["good"]);
+    EXPECT_EQ(system["renamed"], json::object());
+    return system["problems"][0]["text"].get<std::string>();
+  };
+  EXPECT_THAT(problem({{"methods", {{"dim", {{"name", "flash"}}}}}}),
+              HasSubstr("Lamp.dim cannot be renamed: there is a flash already"));
+  for (const json& bad :
+       {json{{"name", "9a"}}, json{{"name", ""}}, json{{"name", "a b"}}, json{{"major", "255"}},
+        json{{"minor", 1}}, json{{"udp_port", "65536"}}, json{{"methods", {{"dim", "0x0001"}}}},
+        json{{"events", {{"burnt", {{"eventgroups", json::array()}}}}}},
+        json{{"events", {{"burnt", {{"transport", "pigeon"}}}}}}}) {
+    const web::Answer answer = page_.answer(post("/api/system", question({{"edits", {{"car.Lamp", bad}}}})));
+    EXPECT_EQ(answer.status, 400U) << bad;
+  }
+}
+
+/// A system of the lamp whose members have E2E protection, as a vsomeip JSON adds it.
+json protected_lamp(json more = json::object()) {
+  const std::string fdepl =
+      "import "
+      "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\n"
+      "import \"Lamp.fidl\"\ndefine org.genivi.commonapi.someip.deployment for interface car.Lamp {\n"
+      "SomeIpServiceID = 0x1234\nmethod flash { SomeIpMethodID = 0x21 }\n"
+      "attribute level { SomeIpGetterID = 0x22 SomeIpSetterID = 0x23 SomeIpNotifierID = 0x8022 "
+      "SomeIpNotifierEventGroups = { 1 } }\n"
+      "broadcast burnt { SomeIpEventID = 0x8021 SomeIpEventGroups = { 1 } } }\n";
+  const auto protection = [](const char* id) {
+    return json{{"service_id", "0x1234"},
+                {"event_id", id},
+                {"profile", "P04"},
+                {"variant", "checker"},
+                {"data_id", "0x2d"}};
+  };
+  const json vsomeip{
+      {"services", {{{"service", "0x1234"}, {"instance", "0x0001"}, {"unreliable", "30509"}}}},
+      {"e2e",
+       {{"e2e_enabled", "true"},
+        {"protected",
+         {protection("0x8021"), protection("0x0021"), protection("0x0022"), protection("0x0023")}}}}};
+  json all = question(std::move(more));
+  all["files"].push_back({{"name", "Lamp.fdepl"}, {"text", fdepl}});
+  all["files"].push_back({{"name", "vsomeip.json"}, {"text", vsomeip.dump()}});
+  return all;
+}
+
+TEST_F(PageTest, CallsMembersWithEndToEndProtection) {
+  const json system = ask("/api/system", protected_lamp());
+  ASSERT_TRUE(system["good"]) << system["problems"];
+  ASSERT_TRUE(system["model"]["services"][0]["methods"][2].contains("e2e")) << system["model"]["services"][0];
+  const auto call = page_.call(
+      post("/api/call",
+           protected_lamp(
+               {{"service", "car.Lamp"}, {"kind", "fields"}, {"member", "level"}, {"access", "getter"}})));
+  ASSERT_TRUE(call) << call.error().body;
+  ASSERT_THAT(call->service.e2e, SizeIs(1));
+  EXPECT_EQ(call->service.e2e[0].id, someip::MethodId{0x22});
+  EXPECT_TRUE(call->service.e2e[0].protect);
+  EXPECT_TRUE(call->service.e2e[0].check);
+  EXPECT_EQ(call->note, "");
+  // The check takes the header out; one that failed is told.
+  const auto shown = [&](someip::e2e::CheckStatus status) {
+    sd::Response response{.payload = {std::byte{7}}};
+    response.check.emplace().status = status;
+    return json::parse(call->show(response).body);
+  };
+  EXPECT_EQ(shown(someip::e2e::CheckStatus::ok)["ok"], true);
+  EXPECT_EQ(shown(someip::e2e::CheckStatus::ok)["ranges"][0]["value"], "HIGH (7)");
+  EXPECT_EQ(shown(someip::e2e::CheckStatus::repeated)["ok"], false);
+  EXPECT_THAT(shown(someip::e2e::CheckStatus::repeated)["text"].get<std::string>(),
+              HasSubstr("the E2E check of the answer failed: repeated"));
+  const auto forget = page_.call(
+      post("/api/call", protected_lamp({{"service", "car.Lamp"}, {"kind", "methods"}, {"member", "flash"}})));
+  ASSERT_TRUE(forget) << forget.error().body;
+  ASSERT_THAT(forget->service.e2e, SizeIs(1));
+  EXPECT_FALSE(forget->service.e2e[0].check);
+}
+
+TEST_F(PageTest, ShowsTheHeaderOfEndToEndProtection) {
+  const json asked = protected_lamp(
+      {{"service", "car.Lamp"}, {"kind", "methods"}, {"member", "flash"}, {"part", "request"}});
+  const json bare = ask("/api/layout", asked);
+  EXPECT_EQ(bare["ranges"][0]["path"], "(E2E length)");
+  EXPECT_EQ(bare["ranges"][4]["path"], "colour.red");
+  json full = asked;
+  full["values"] = R"({"colour": {"red": 5}})";
+  const json shown = ask("/api/layout", full);
+  ASSERT_TRUE(shown.contains("bytes")) << shown;
+  EXPECT_EQ(shown["bytes"], 17);
+  EXPECT_EQ(shown["ranges"][4]["hex"], "05");
+  EXPECT_EQ(shown["ranges"][4]["offset"], "12");
+}
+
+TEST_F(PageTest, FindsTypesInTheFoldersThatItWasStartedWith) {
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("trestle_page_test_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "car_msgs" / "msg");
+  std::ofstream{folder / "car_msgs" / "msg" / "Angle.msg"} << "uint16 degrees\n";
+  const json files{{"files", {{{"name", "door_msgs/msg/Door.msg"}, {"text", "car_msgs/Angle angle\n"}}}}};
+  EXPECT_FALSE(ask("/api/system", files)["good"]);
+  Page page{{.type_folders = {folder.string()}}};
+  const json system = json::parse(page.answer(post("/api/system", files)).body);
+  std::filesystem::remove_all(folder);
+  EXPECT_TRUE(system["good"]) << system["problems"];
 }
 
 TEST_F(PageTest, TellsWhatIsWrongWithItsPlace) {
@@ -99,9 +250,11 @@ TEST_F(PageTest, TellsWhatIsWrongWithItsPlace) {
 }
 
 TEST_F(PageTest, ShowsTheModelAlsoWhereIdsContradict) {
-  const json system =
-      ask("/api/system",
-          question({{"edits", {{"car.Lamp", {{"methods", {{"dim", "0x0042"}, {"flash", "0x0042"}}}}}}}}));
+  const json system = ask(
+      "/api/system",
+      question(
+          {{"edits",
+            {{"car.Lamp", {{"methods", {{"dim", {{"id", "0x0042"}}}, {"flash", {{"id", "0x0042"}}}}}}}}}}));
   EXPECT_FALSE(system["good"]);
   EXPECT_FALSE(system["model"].is_null());
   EXPECT_THAT(system["problems"][0]["text"].get<std::string>(), HasSubstr("0x0042"));
@@ -109,7 +262,9 @@ TEST_F(PageTest, ShowsTheModelAlsoWhereIdsContradict) {
       ask("/api/preview",
           question(
               {{"target", "fidl"},
-               {"edits", {{"car.Lamp", {{"methods", {{"dim", "0x0042"}, {"flash", "0x0042"}}}}}}}}))["files"],
+               {"edits",
+                {{"car.Lamp",
+                  {{"methods", {{"dim", {{"id", "0x0042"}}}, {"flash", {{"id", "0x0042"}}}}}}}}}}))["files"],
       SizeIs(0));
 }
 
@@ -186,7 +341,7 @@ TEST_F(PageTest, LaysOutValues) {
 
 TEST_F(PageTest, PreparesCalls) {
   const json edits{
-      {"car.Lamp", {{"id", "0x1234"}, {"instance", "0x0002"}, {"methods", {{"dim", "0x0042"}}}}}};
+      {"car.Lamp", {{"id", "0x1234"}, {"instance", "0x0002"}, {"methods", {{"dim", {{"id", "0x0042"}}}}}}}};
   const auto call = page_.call(post(
       "/api/call", about("methods", "dim", {{"values", R"({"level": 1, "steps": []})"}, {"edits", edits}})));
   ASSERT_TRUE(call) << call.error().body;
@@ -197,11 +352,11 @@ TEST_F(PageTest, PreparesCalls) {
   EXPECT_THAT(call->payload,
               ElementsAre(std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}, std::byte{0}));
   EXPECT_FALSE(call->forget);
-  const json shown = json::parse(call->show(std::vector{std::byte{1}, std::byte{1}}).body);
+  const json shown = json::parse(call->show({.payload = {std::byte{1}, std::byte{1}}}).body);
   EXPECT_EQ(shown["ok"], true);
   EXPECT_EQ(shown["ranges"][0]["value"], "BROKEN (1)");
   EXPECT_THAT(shown["text"].get<std::string>(), HasSubstr("done: true"));
-  const json cut = json::parse(call->show(std::vector{std::byte{1}}).body);
+  const json cut = json::parse(call->show({.payload = {std::byte{1}}}).body);
   EXPECT_EQ(cut["ok"], false);
 
   const auto forget = page_.call(post("/api/call", about("methods", "flash")));

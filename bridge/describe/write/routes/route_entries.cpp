@@ -13,6 +13,7 @@
 
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/load_e2e.hpp"
+#include "bridge/describe/member_names.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/messages/types/names.hpp"
@@ -163,7 +164,7 @@ class Entries {
     if (event.selective) {
       lacks(event.name, "selective: the event goes to all subscribers", event.place);
     }
-    push("routes", event.name, std::move(node));
+    push("routes", member_key(event.name, event.selector), std::move(node));
   }
 
   void method(const Method& method, const LoweredMember* lowered, const std::string& name) {
@@ -204,7 +205,7 @@ class Entries {
     if (!method.selector.empty()) {
       lacks(method.name, "its selector " + method.selector, method.place);
     }
-    push("methods", method.name, std::move(node));
+    push("methods", member_key(method.name, method.selector), std::move(node));
   }
 
   void field(const Field& field, const LoweredMember* lowered, const std::string& name) {

@@ -43,7 +43,7 @@ struct RouteOptions {
 struct RouteEntry {
   std::string list;               ///< where it belongs: "routes", "methods", "fields", "actions"
   std::string element;            ///< "Door.moved"
-  std::string member;             ///< "moved"
+  std::string member;             ///< "moved"; member_key()
   std::string service;            ///< full name: "car.Door"
   someip::InstanceId instance{};  ///< of the service
   YAML::Node node;

@@ -8,7 +8,9 @@ const KINDS = ["methods", "events", "fields"];
 
 const page = {
   files: [],         // {name, text}
-  edits: {},         // by the full name of a service: {id, instance, methods, events, fields}
+  edits: {},         // by the full name of a service in the files: {name, id, major, minor, instance, udp_port, tcp_port,
+                     // methods, events, fields}, the latter by names: {name, id, transport, eventgroups, getter, …}
+  renamed: {},       // names of now, and what they are in the files: "car.Gate", "car.Gate methods turn"
   captures: [],      // that the program was started with: it has them, not the page
   started: "",
   model: null,
@@ -77,6 +79,7 @@ async function refresh() {
   page.model = system.model;
   page.good = system.good;
   page.lock = system.lock;
+  page.renamed = system.renamed;
   page.targets = system.targets;
   if (formFiles !== page.files) page.formOf = "";  // else what was typed there stays
   formFiles = page.files;
@@ -117,7 +120,8 @@ const memberKey = (member) => member.selector ? `${member.name}:${member.selecto
 const idsOf = (member) => member.id !== undefined ? member.id || ""
   : ["getter", "setter", "notifier"].map((part) => member[part]).filter(Boolean).join(" ");
 
-/// By key: {service, kind, element}; kind "service", "methods", "events", "fields".
+/// By key: {service, kind, element, of, member}; kind "service", "methods", "events", "fields"; `of` and `member` are the
+/// names in the files. So is the key: it stays when something is renamed.
 let elements = new Map();
 const tree = new Tree($("tree"), () => {
   page.part = "";
@@ -131,16 +135,20 @@ const chosen = () => elements.get(tree.chosen) || null;
 function showSystem(system) {
   elements = new Map();
   const items = [];
-  const add = (key, service, kind, element, level, what) => {
-    elements.set(key, {key, service, kind, element});
+  const add = (key, service, kind, element, level, what, of, member) => {
+    elements.set(key, {key, service, kind, element, of, member});
     const ids = idsOf(element);
     items.push({key, level, text: element.name, detail: ids || "no id", label: `${what} ${element.name} ${ids || "without an id"}`});
   };
   for (const service of page.model ? page.model.services : []) {
     const name = fullName(service);
-    add(name, service, "service", service, 1, "service");
+    const of = page.renamed[name] || name;
+    add(of, service, "service", service, 1, "service", of, "");
     for (const kind of KINDS) {
-      for (const member of service[kind]) add(`${name} ${kind} ${memberKey(member)}`, service, kind, member, 2, kind.slice(0, -1));
+      for (const member of service[kind]) {
+        const key = page.renamed[`${name} ${kind} ${memberKey(member)}`] || memberKey(member);
+        add(`${of} ${kind} ${key}`, service, kind, member, 2, kind.slice(0, -1), of, key);
+      }
     }
   }
   if (tree.items.length === 0 && items.length > 300) {
@@ -158,40 +166,79 @@ function showChosen() {
   showPart().catch(complain);
 }
 
-// ---- editing ids ----
+// ---- editing ----
 
-/// What may be edited of the chosen element: {key, label, value}.
+const ID = {
+  read: (text) => {
+    const number = /^0x[0-9a-f]{1,4}$/i.test(text) ? parseInt(text, 16) : /^[1-9][0-9]{0,4}$/.test(text) ? Number(text) : NaN;
+    return number >= 1 && number <= 0xfffe ? "0x" + number.toString(16).padStart(4, "0") : null;
+  },
+  expected: "a number from 0x0001 to 0xfffe",
+  empty: "chosen by trestle",
+};
+const NAME = {
+  read: (text) => /^[A-Za-z][A-Za-z0-9_]{0,127}$/.test(text) ? text : null,
+  expected: "a letter, and letters, digits and underscores behind it",
+};
+const number = (low, high) => ({
+  read: (text) => /^[0-9]{1,10}$/.test(text) && Number(text) >= low && Number(text) <= high ? String(Number(text)) : null,
+  expected: `a number from ${low} to ${high}`,
+});
+const GROUPS = {
+  read: (text) => {
+    const ids = text.split(/[\s,]+/).filter(Boolean).map(ID.read);
+    return ids.length > 0 && ids.length <= 64 && !ids.includes(null) ? ids : null;
+  },
+  expected: "ids with commas between them, such as 0x0001, 0x0002",
+};
+/// A choice; the last one takes an edit back.
+const TRANSPORT = {options: [["udp", "UDP"], ["tcp", "TCP"], ["", "as in the files"]]};
+
+/// Of all parts of a field, if they have one.
+function transportOf(field) {
+  const all = ["getter", "setter", "notifier"].filter((part) => field[part] !== undefined).map((part) => field[`${part}_transport`]);
+  return all.every((one) => one === all[0]) ? all[0] : "";
+}
+
+/// What may be edited of the chosen element: {key, label, value, format}.
 function editable() {
   const item = chosen();
   if (!item) return [];
   const element = item.element;
+  const name = {key: "name", label: "Name", value: element.name, format: NAME};
+  const transport = (value) => ({key: "transport", label: "Transport", value, format: TRANSPORT});
+  const groups = {key: "eventgroups", label: "Eventgroups", value: (element.eventgroups || []).join(", "), format: GROUPS};
   if (item.kind === "service") {
-    const instance = (element.instances || [])[0];
-    return [{key: "id", label: "Service id", value: element.id}, {key: "instance", label: "Instance id", value: instance ? instance.id : ""}];
+    const instance = (element.instances || [])[0] || {};
+    return [{key: "id", label: "Service id", value: element.id, format: ID},
+      {key: "instance", label: "Instance id", value: instance.id, format: ID}, name,
+      {key: "major", label: "Major version", value: String(element.major), format: number(0, 254)},
+      {key: "minor", label: "Minor version", value: String(element.minor), format: number(0, 4294967294)},
+      {key: "udp_port", label: "UDP port", value: String(instance.udp_port || ""), format: {...number(1, 65535), empty: "none"}},
+      {key: "tcp_port", label: "TCP port", value: String(instance.tcp_port || ""), format: {...number(1, 65535), empty: "none"}}];
   }
   if (item.kind === "fields") {
-    return ["getter", "setter", "notifier"].filter((part) => element[part] !== undefined)
-      .map((part) => ({key: part, label: `${part[0].toUpperCase()}${part.slice(1)} id`, value: element[part]}));
+    const ids = ["getter", "setter", "notifier"].filter((part) => element[part] !== undefined)
+      .map((part) => ({key: part, label: `${part[0].toUpperCase()}${part.slice(1)} id`, value: element[part], format: ID}));
+    return [...ids, name, transport(transportOf(element)), ...(element.notifier !== undefined ? [groups] : [])];
   }
-  return [{key: "id", label: item.kind === "methods" ? "Method id" : "Event id", value: element.id}];
+  const method = item.kind === "methods";
+  return [{key: "id", label: method ? "Method id" : "Event id", value: element.id, format: ID}, name,
+    transport(method ? element.request_transport : element.transport), ...(method ? [] : [groups])];
 }
 
-/// The place of an edit of the chosen element: an object and a key of it.
-function editPlace(key) {
+/// The edit of the chosen element.
+function editPlace() {
   const item = chosen();
-  const service = (page.edits[fullName(item.service)] ||= {});
-  if (item.kind === "service") return [service, key];
-  const members = (service[item.kind] ||= {});
-  const name = memberKey(item.element);
-  return item.kind === "fields" ? [(members[name] ||= {}), key] : [members, name];
+  const service = (page.edits[item.of] ||= {});
+  return item.kind === "service" ? service : ((service[item.kind] ||= {})[item.member] ||= {});
 }
 
 let edited = "";  // the element that the inputs are of
 function showEdit() {
   const item = chosen();
   $("title").textContent = item ? `${fullName(item.service)}${item.kind === "service" ? "" : "." + item.element.name}` : "Nothing is chosen";
-  $("about").textContent = item ? [item.element.description, item.kind === "service" && `version ${item.element.major}.${item.element.minor}`,
-    item.element.place].filter(Boolean).join(" · ") : "";
+  $("about").textContent = item ? [item.element.description, item.element.place].filter(Boolean).join(" · ") : "";
   const rows = editable();
   if (item && edited === item.key && rows.every((row) => $(`edit-${row.key}`))) {
     for (const row of rows) {
@@ -202,26 +249,29 @@ function showEdit() {
   }
   edited = item ? item.key : "";
   $("edit").replaceChildren(...rows.flatMap((row) => {
-    const input = make("input", {id: `edit-${row.key}`, value: row.value || "", spellcheck: false, placeholder: "chosen by trestle"});
+    const id = `edit-${row.key}`;
+    const input = row.format.options
+      ? make("select", {id}, ...row.format.options.map(([value, textContent]) => make("option", {value, textContent})))
+      : make("input", {id, spellcheck: false, placeholder: row.format.empty || "as in the files"});
+    input.value = row.value || "";
     const fault = make("span", {className: "fault", id: `fault-${row.key}`});
     input.setAttribute("aria-describedby", fault.id);
-    input.oninput = () => edit(row.key, input, fault);
-    return [make("label", {for: input.id, textContent: row.label}), input, fault];
+    input[row.format.options ? "onchange" : "oninput"] = () => edit(row, input, fault);
+    return [make("label", {for: id, textContent: row.label}), input, fault];
   }));
 }
 
 const refreshSoon = calm(refresh);
-function edit(key, input, fault) {
+function edit(row, input, fault) {
   const text = input.value.trim();
-  const number = /^0x[0-9a-f]{1,4}$/i.test(text) ? parseInt(text, 16) : /^[1-9][0-9]{0,4}$/.test(text) ? Number(text) : NaN;
-  const good = text === "" || (number >= 1 && number <= 0xfffe);
-  input.classList.toggle("bad", !good);
-  input.setAttribute("aria-invalid", String(!good));
-  fault.textContent = good ? "" : "a number from 0x0001 to 0xfffe";
-  if (!good) return;
-  const [place, name] = editPlace(key);
-  if (text === "") delete place[name];  // as in the files
-  else place[name] = "0x" + number.toString(16).padStart(4, "0");
+  const value = text === "" || row.format.options ? text : row.format.read(text);
+  input.classList.toggle("bad", value === null);
+  input.setAttribute("aria-invalid", String(value === null));
+  fault.textContent = value === null ? row.format.expected : "";
+  if (value === null) return;
+  const place = editPlace();
+  if (value === "") delete place[row.key];  // as in the files
+  else place[row.key] = value;
   refreshSoon();
 }
 $("edit").addEventListener("submit", (event) => event.preventDefault());

@@ -120,6 +120,8 @@ TEST_F(DescribeRoutes, DescribesAServiceOfTwoInstancesOnce) {
   EXPECT_EQ(door.fields[1].notifier, someip::MethodId{0x8003});
   EXPECT_EQ(door.fields[1].setter, someip::MethodId{5});
   EXPECT_THAT(reading.model.instances, SizeIs(2));
+}
+
 TEST_F(DescribeRoutes, DescribesAllOfAProtection) {
   const describe::Reading reading = read(R"(
 someip: {address: 127.0.0.1}

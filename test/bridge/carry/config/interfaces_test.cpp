@@ -131,6 +131,29 @@ TEST_F(InterfacesTest, AreOfferedByTheBridgeWhereItIsToldTo) {
   EXPECT_NE(loaded.config.routes[0].port, 0);
 }
 
+TEST_F(InterfacesTest, AreOfferedWithWhatOtherBridgesBring) {
+  const std::string file = "interfaces: [Door.fidl, Door.fdepl]\n";
+  const Loaded loaded = good(file +
+                             "generate: {side: server, from_bridges: [10.0.0.1, 10.0.0.5]}\n"
+                             "routes: [{someip: Door.moved, direction: dds_to_someip}]\n");
+  const std::vector both{IpAddress::v4(10, 0, 0, 1), IpAddress::v4(10, 0, 0, 5)};
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_THAT(loaded.config.routes[0].from_bridges,
+              IsEmpty());                                 // an entry of the file, which has its own keys
+  EXPECT_EQ(loaded.config.routes[1].from_bridges, both);  // the field
+  ASSERT_THAT(loaded.config.methods, SizeIs(3));          // open, ring, and the setter
+  for (const MethodRoute& method : loaded.config.methods) {
+    EXPECT_EQ(method.from_bridges, both);
+  }
+  EXPECT_THAT(errors(file + "generate: {from_bridges: [10.0.0.1]}\n"),
+              HasSubstr("bridge.yaml:3:26: error: from_bridges: is for what the bridge offers"));
+  EXPECT_THAT(errors(file + "generate: {side: server, from_bridges: [nobody]}\n"), HasSubstr("'nobody'"));
+  EXPECT_THAT(
+      errors(file + "generate: {side: server, from_bridges: [1.0.0.1, 1.0.0.2, 1.0.0.3, 1.0.0.4, 1.0.0.5, "
+                    "1.0.0.6, 1.0.0.7, 1.0.0.8, 1.0.0.9]}\n"),
+      HasSubstr("has room for 8 addresses"));
+}
+
 TEST_F(InterfacesTest, AreOfferedAtOnePort) {
   std::string text = door_fdepl;
   text.replace(text.find("SomeIpInstanceID = 7"), 20,
@@ -227,6 +250,36 @@ TEST_F(InterfacesTest, CarryAFieldAsAnEventWhereItIsNamedInRoutes) {
   EXPECT_EQ(loaded.config.routes[0].direction, Direction::someip_to_dds);
   EXPECT_EQ(loaded.config.routes[0].event, someip::MethodId{0x8001});
   EXPECT_THAT(loaded.config.methods, IsEmpty());
+}
+
+TEST_F(InterfacesTest, TakeTheNamesThatToolsTake) {
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
+  const Loaded loaded = good(begin +
+                             "routes: [{someip: Door.0x0007.moved}, {someip: car.Door.7.angle.notify}]\n"
+                             "methods: [{someip: Door.*.open}]\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(2));
+  EXPECT_EQ(loaded.config.routes[0].instance, someip::InstanceId{7});
+  EXPECT_EQ(loaded.config.routes[1].event, someip::MethodId{0x8001});
+  EXPECT_THAT(loaded.config.methods, SizeIs(1));
+  EXPECT_THAT(errors(begin + "routes: [{someip: Door.0x0008.moved}]\n"), HasSubstr("has no such instance"));
+  EXPECT_THAT(errors(begin + "routes: [{someip: Door.7.moved, instance: 8}]\n"),
+              HasSubstr("someip: it names the instance 0x0007, and `instance` another one"));
+  EXPECT_THAT(errors(begin + "fields: [{someip: Door.angle.get}]\n"), HasSubstr("no 'Door.angle.get'"));
+}
+
+TEST_F(InterfacesTest, TellOverloadedMethodsApart) {
+  write("Two.fidl",
+        "package two interface Lamp { version { major 1 minor 0 }\n"
+        "method dim { in { UInt8 a } } method dim:fast { in { UInt16 b } } broadcast burnt:once { out { "
+        "UInt8 c } } }");
+  const Loaded loaded = good(
+      "interfaces: [Two.fidl]\ngenerate: all\nmethods: [{someip: 'Lamp.dim:fast', ros_service: /fast}]\n"
+      "routes: [{someip: Lamp.burnt}]\n");  // the only one of this name
+  ASSERT_THAT(loaded.config.methods, SizeIs(2));
+  EXPECT_EQ(loaded.config.methods[0].ros_service, "/fast");
+  EXPECT_EQ(loaded.config.methods[0].method, someip::MethodId{2});
+  EXPECT_EQ(loaded.config.methods[1].method, someip::MethodId{1});
+  EXPECT_THAT(loaded.config.routes, SizeIs(1));
 }
 
 TEST_F(InterfacesTest, TakeTheEntryOfTheFileBeforeAGeneratedOne) {
