@@ -377,7 +377,7 @@ class Generate(unittest.TestCase):
             status, output, errors = run("explain", "Door.open", DOOR, "--json", "--values", argument)
             self.assertEqual((status, output), (0, expected), errors)
         # What is no YAML, and what is no value of the type.
-        for text, place in (("speed: FAST\nopening: [80\n", "2:10"), ("speed: FAST\nopening: 800\n", "2:10")):
+        for text, place in (("speed: FAST\nopening: [80\n", "2:13"), ("speed: FAST\nopening: 800\n", "2:10")):
             status, _, errors = run("explain", "Door.open", DOOR, "--values", "-", input=text)
             self.assertEqual(status, 2)
             self.assertIn(f"error: standard input:{place}: ", errors)

@@ -86,8 +86,8 @@ class Classic {
   std::map<const Node*, const Node*> return_mappings_{};  ///< of the answer
   std::map<const Node*, const Node*> data_mappings_{};    ///< by SYSTEM-SIGNAL: the data element or trigger
   std::map<const Node*, Transfer> transfers_{};           ///< segmentation, by I-PDU
-  std::set<const Node*> without_signal_{};                ///< PDUs of which it was told that they have several
-  std::map<const Node*, const Node*> wholes_{};           ///< what is segmented, by the segments' PDU
+  std::set<const Node*> without_signal_{};       ///< PDUs of which it was told that they have several
+  std::map<const Node*, const Node*> wholes_{};  ///< what is segmented, by the segments' PDU
   std::map<const Node*, std::vector<someip::EventgroupId>> group_ids_{};       ///< by SO-AD-ROUTING-GROUP
   std::map<const Node*, std::vector<someip::EventgroupId>> identifier_ids_{};  ///< by SO-CON-I-PDU-IDENTIFIER
   std::map<std::uint32_t, std::vector<Message>> messages_{};
