@@ -32,8 +32,8 @@ const auto transport_name = [](const auto& over) {
   return std::string{over.param == Transport::tcp ? "Tcp" : "Udp"};
 };
 
-// The whole copies of one payload, which of most were made: Fast DDS sends again what is not confirmed in
-// time.
+// The whole copies of one payload: ours that were made of most, and the fewest of others, as Fast DDS sends
+// again what is not confirmed in time, on a busy machine most.
 Copies of_most(const std::vector<Copies>& counts, std::size_t bytes) {
   std::vector<std::size_t> ours;
   std::vector<std::size_t> others;
@@ -43,7 +43,7 @@ Copies of_most(const std::vector<Copies>& counts, std::size_t bytes) {
   }
   std::ranges::sort(ours);
   std::ranges::sort(others);
-  return {ours[ours.size() / 2], others[others.size() / 2]};
+  return {ours[ours.size() / 2], others.front()};
 }
 
 class DdsCopies : public TwoBridges {
