@@ -33,9 +33,9 @@ bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/msg
 bridge/describe/sources
 bridge/cli bridge/traffic bridge/web
 bridge/traffic/live
-bridge/carry/config bridge/inspect/decode bridge/measure
-bridge/carry/runtime bridge/inspect/tools bridge/measure/demo bridge/measure/perf
-bridge/carry/commands bridge/generate
+bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
+bridge/carry/runtime bridge/conform/cases bridge/inspect/tools bridge/measure/demo bridge/measure/perf
+bridge/carry/commands bridge/conform/commands bridge/generate
 bridge/program
 """
 # The core knows nothing of the network, and nothing below the bridge knows of the other world's protocol; siblings of one
@@ -45,7 +45,8 @@ NEVER = [("dds_adapter", "someip/net"), ("dds_adapter", "sd"), ("someip", "dds_a
          ("bridge/inspect", "bridge/carry"), ("bridge/inspect", "bridge/measure"),
          ("bridge/measure", "bridge/carry"), ("bridge/measure", "bridge/inspect"),
          ("bridge/generate", "bridge/carry"), ("bridge/generate", "bridge/inspect"), ("bridge/generate", "bridge/measure"),
-         ("bridge/carry", "bridge/generate")]
+         ("bridge/carry", "bridge/generate"), ("bridge/conform", "someip/core"), ("bridge/conform", "sd/core"),
+         ("bridge/conform", "sd/net")]
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 
 

@@ -19,6 +19,7 @@
 #include "bridge/carry/config/describe_routes.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/conform/commands/conform_command.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/inspect/decode/decode_command.hpp"
@@ -90,6 +91,7 @@ int run(int argc, char** argv) {
   generate::add_generate_command(app, status, readers);
   generate::add_diff_command(app, status, readers);
   generate::add_explain_command(app, status, readers);
+  conform::add_conform_command(app, status);
   inspect::add_decode_command(app, status);
   inspect::add_find_command(app, status);
   inspect::add_watch_command(app, status);

@@ -4,7 +4,7 @@
     coverage.py write LOG        makes docs/coverage.md from the log of a test run (`./run coverage`)
     coverage.py fresh            docs/coverage.md shows the tests that name each requirement (a stage of `./run test`)
 
-requirements.csv and other_ids.txt beside this file hold every id of the specification; reasons.csv says why a
+bridge/conform/catalogue/requirements.csv and other_ids.txt beside this file hold every id of the specification; reasons.csv says why a
 requirement has no test. LOG is the file that TRESTLE_COVERED named during the run: a line "test<TAB>ids" from each
 test that passed. GoogleTest programs write it through test/covers.hpp; other programs append their own line.
 
@@ -28,7 +28,9 @@ TEXT = {".cpp", ".hpp", ".c", ".h", ".py", ".sh", ".md", ".csv", ".yaml", ".txt"
 
 
 def read_csv(name):
-    with open(HERE / name, newline="", encoding="utf-8") as file:
+    # The program carries the requirements, too: `trestle conform explain`.
+    folder = SOURCE / "bridge" / "conform" / "catalogue" if name == "requirements.csv" else HERE
+    with open(folder / name, newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
@@ -195,7 +197,7 @@ def write(log):
 <!-- Made by `./run coverage` from a run of all tests. Do not edit. -->
 
 Every requirement of the Open SOME/IP Specification, with the tests that fail when it is broken, or with the reason why
-there is none. The ids and their short descriptions come from [requirements.csv](../test/conformance/requirements.csv),
+there is none. The ids and their short descriptions come from [requirements.csv](../bridge/conform/catalogue/requirements.csv),
 the tests from the test run itself: a test names what it covers, and only tests that passed are counted. Redo this page
 with `./run coverage`.
 

@@ -1,0 +1,165 @@
+#include "bridge/conform/capture_writer.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "someip/wire/bytes.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+template <typename T>
+void put(Bytes& out, T number, std::endian order = std::endian::big) {
+  const std::size_t at = out.size();
+  out.resize(at + sizeof(T));
+  someip::store<T>(out.data() + at, number, order);
+}
+
+void put_bytes(Bytes& out, ByteView bytes) {
+  out.insert(out.end(), bytes.begin(), bytes.end());
+}
+
+/// The Internet checksum of some bytes, on top of a sum.
+std::uint16_t checksum(ByteView bytes, std::uint32_t sum = 0) {
+  for (std::size_t at = 0; at < bytes.size(); at += 2) {
+    const auto high = std::to_integer<std::uint32_t>(bytes[at]);
+    const auto low = at + 1 < bytes.size() ? std::to_integer<std::uint32_t>(bytes[at + 1]) : 0U;
+    sum += (high << 8U) + low;
+  }
+  while (sum > 0xffff) {
+    sum = (sum & 0xffffU) + (sum >> 16U);
+  }
+  return static_cast<std::uint16_t>(~sum);
+}
+
+ByteView address_of(const Endpoint& endpoint) {
+  return std::as_bytes(std::span{endpoint.address.bytes}).first(endpoint.address.v6 ? 16 : 4);
+}
+
+Bytes udp(const Packet& packet) {
+  Bytes out;
+  const auto size = static_cast<std::uint16_t>(std::min<std::size_t>(8 + packet.bytes.size(), 0xffff));
+  put(out, packet.from.port);
+  put(out, packet.to.port);
+  put(out, size);
+  put(out, std::uint16_t{0});  // over IPv4: none
+  put_bytes(out, packet.bytes);
+  return out;
+}
+
+class TcpNumbers {
+ public:
+  /// A segment with the bytes, in order.
+  Bytes segment(const Packet& packet) {
+    std::uint32_t& next = sent_[{packet.from, packet.to}];
+    const std::uint32_t acknowledged = sent_[{packet.to, packet.from}];
+    Bytes out;
+    put(out, packet.from.port);
+    put(out, packet.to.port);
+    put(out, next + 1);
+    put(out, acknowledged + 1);
+    put(out, std::uint16_t{0x5018});  // 20 bytes of header, ACK and PSH
+    put(out, std::uint16_t{0xffff});
+    put(out, std::uint32_t{0});
+    put_bytes(out, packet.bytes);
+    next += static_cast<std::uint32_t>(packet.bytes.size());
+    Bytes pseudo;
+    put_bytes(pseudo, address_of(packet.from));
+    put_bytes(pseudo, address_of(packet.to));
+    put(pseudo, std::uint16_t{6});
+    put(pseudo, static_cast<std::uint16_t>(out.size()));
+    put_bytes(pseudo, out);
+    someip::store<std::uint16_t>(out.data() + 16, checksum(pseudo));
+    return out;
+  }
+
+ private:
+  std::map<std::pair<Endpoint, Endpoint>, std::uint32_t> sent_;
+};
+
+Bytes ip(const Packet& packet, const Bytes& contents, std::uint16_t id) {
+  Bytes out;
+  put(out, std::uint16_t{0x4500});
+  put(out, static_cast<std::uint16_t>(std::min<std::size_t>(20 + contents.size(), 0xffff)));
+  put(out, id);
+  put(out, std::uint16_t{0x4000});
+  put(out, std::uint8_t{64});
+  put(out, static_cast<std::uint8_t>(packet.transport));
+  put(out, std::uint16_t{0});
+  put_bytes(out, address_of(packet.from));
+  put_bytes(out, address_of(packet.to));
+  someip::store<std::uint16_t>(out.data() + 10, checksum(ByteView{out}.first(20)));
+  put_bytes(out, contents);
+  return out;
+}
+
+void put_padded(Bytes& out, ByteView bytes) {
+  put_bytes(out, bytes);
+  out.resize((out.size() + 3) / 4 * 4);
+}
+
+void put_option(Bytes& out, std::uint16_t code, ByteView value) {
+  put(out, code, std::endian::native);
+  put(out, static_cast<std::uint16_t>(value.size()), std::endian::native);
+  put_padded(out, value);
+}
+
+ByteView bytes_of(const std::string& text) {
+  return std::as_bytes(std::span{text}).first(std::min<std::size_t>(text.size(), 60'000));
+}
+
+void put_block(Bytes& out, std::uint32_t type, const Bytes& body) {
+  const auto size = static_cast<std::uint32_t>(body.size() + 12);
+  put(out, type, std::endian::native);
+  put(out, size, std::endian::native);
+  put_bytes(out, body);
+  put(out, size, std::endian::native);
+}
+
+}  // namespace
+
+std::string pcapng(const std::deque<Packet>& packets, const std::string& title) {
+  Bytes out;
+  Bytes section;
+  put(section, std::uint32_t{0x1a2b'3c4d}, std::endian::native);
+  put(section, std::uint16_t{1}, std::endian::native);
+  put(section, std::uint16_t{0}, std::endian::native);
+  put(section, ~std::uint64_t{0}, std::endian::native);
+  put_option(section, 1, bytes_of(title));  // opt_comment
+  put_option(section, 0, {});
+  put_block(out, 0x0a0d'0d0a, section);
+
+  Bytes interface;
+  put(interface, std::uint16_t{101}, std::endian::native);  // LINKTYPE_RAW
+  put(interface, std::uint16_t{0}, std::endian::native);
+  put(interface, std::uint32_t{0}, std::endian::native);
+  constexpr std::byte nanoseconds{9};
+  put_option(interface, 9, {&nanoseconds, 1});  // if_tsresol
+  put_option(interface, 0, {});
+  put_block(out, 1, interface);
+
+  TcpNumbers tcp;
+  for (const Packet& packet : packets) {
+    const Bytes frame = ip(packet, packet.transport == Transport::tcp ? tcp.segment(packet) : udp(packet),
+                           static_cast<std::uint16_t>(packet.number));
+    const auto time = static_cast<std::uint64_t>(packet.time.time_since_epoch().count());
+    Bytes body;
+    put(body, std::uint32_t{0}, std::endian::native);
+    put(body, static_cast<std::uint32_t>(time >> 32U), std::endian::native);
+    put(body, static_cast<std::uint32_t>(time), std::endian::native);
+    put(body, static_cast<std::uint32_t>(frame.size()), std::endian::native);
+    put(body, static_cast<std::uint32_t>(frame.size()), std::endian::native);
+    put_padded(body, frame);
+    if (!packet.comment.empty()) {
+      put_option(body, 1, bytes_of(packet.comment));
+      put_option(body, 0, {});
+    }
+    put_block(out, 6, body);
+  }
+  return {reinterpret_cast<const char*>(out.data()), out.size()};
+}
+
+}  // namespace trestle::conform

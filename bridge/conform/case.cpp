@@ -1,0 +1,124 @@
+#include "bridge/conform/case.hpp"
+
+#include <algorithm>
+
+#include "bridge/conform/profile.hpp"
+
+namespace trestle::conform {
+namespace {
+
+bool any_group(const ServiceProfile& service, bool (*is_one)(const EventgroupProfile&)) {
+  return std::ranges::any_of(service.eventgroups, is_one);
+}
+
+/// With '*' for any text.
+bool matches(std::string_view text, std::string_view pattern) {
+  const auto star = pattern.find('*');
+  if (star == std::string_view::npos) {
+    return text == pattern;
+  }
+  if (!text.starts_with(pattern.substr(0, star))) {
+    return false;
+  }
+  const std::string_view rest = pattern.substr(star + 1);
+  for (std::size_t at = star; at <= text.size(); ++at) {
+    if (matches(text.substr(at), rest)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+struct NeedRule {
+  Need need;
+  const char* reason;
+  bool (*met)(const Profile& profile);
+};
+
+constexpr NeedRule need_rules[]{
+    {Need::udp, "the service has no UDP port",
+     [](const Profile& p) { return p.service().udp_port.has_value(); }},
+    {Need::tcp, "the service has no TCP port",
+     [](const Profile& p) { return p.service().tcp_port.has_value(); }},
+    {Need::eventgroup, "no eventgroup over UDP",
+     [](const Profile& p) { return any_group(p.service(), [](const auto& one) { return !one.tcp; }); }},
+    {Need::initial_values, "no eventgroup with initial values",
+     [](const Profile& p) {
+       return any_group(p.service(), [](const auto& one) { return one.initial_values; });
+     }},
+    {Need::multicast_events, "no eventgroup with multicast",
+     [](const Profile& p) {
+       return any_group(p.service(), [](const auto& one) { return one.multicast.has_value(); });
+     }},
+    {Need::tcp_eventgroup, "no eventgroup over TCP",
+     [](const Profile& p) { return any_group(p.service(), [](const auto& one) { return one.tcp; }); }},
+    {Need::request, "the profile names no request",
+     [](const Profile& p) { return p.service().request.has_value(); }},
+    {Need::fire_and_forget, "the profile names no fire-and-forget method",
+     [](const Profile& p) { return p.service().fire_and_forget.has_value(); }},
+    {Need::field, "the profile names no field",
+     [](const Profile& p) { return p.service().field.has_value(); }},
+    {Need::restart, "the profile has no way to restart the device",
+     [](const Profile& p) { return p.can_restart(); }},
+    {Need::stop, "the profile has no way to stop and start the device",
+     [](const Profile& p) { return !p.lifecycle.start.empty() || p.lifecycle.ask_operator; }},
+    {Need::two_services, "the profile has one service only",
+     [](const Profile& p) {
+       return std::ranges::any_of(p.services,
+                                  [&](const auto& one) { return one.service != p.service().service; });
+     }},
+    {Need::two_instances, "the profile has one instance of the first service only",
+     [](const Profile& p) {
+       return std::ranges::count(p.services, p.service().service, &ServiceProfile::service) > 1;
+     }},
+    {Need::cyclic_offers, "the profile does not tell the cyclic offer delay",
+     [](const Profile& p) { return p.timing.cyclic_offer_delay.value_or(Duration{0}) > Duration{0}; }},
+    {Need::repetitions, "the profile does not tell the repetitions",
+     [](const Profile& p) {
+       return p.timing.repetitions_max.value_or(0) > 0 && p.timing.repetitions_base_delay.has_value();
+     }},
+    {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
+    {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
+};
+
+}  // namespace
+
+const char* to_string(Level level) noexcept {
+  return level == Level::must ? "must" : level == Level::should ? "should" : "tc8";
+}
+
+const char* to_string(Role role) noexcept {
+  return role == Role::server ? "server" : "client";
+}
+
+std::optional<std::string> unsupported(const Case& one, const Profile& profile) {
+  for (const NeedRule& rule : need_rules) {
+    if (has(one.needs, rule.need) && !rule.met(profile)) {
+      return rule.reason;
+    }
+  }
+  return std::nullopt;
+}
+
+bool chosen(const Case& one, std::string_view selector) {
+  const auto named = [&](const auto& id) { return id.text() == selector; };
+  return matches(one.id, selector) ||
+         (one.id.starts_with(selector) && one.id.size() > selector.size() &&
+          one.id[selector.size()] == '.') ||
+         std::ranges::any_of(one.tc8, named) || std::ranges::any_of(one.requirements, named);
+}
+
+std::vector<const Case*> choose(const std::vector<Case>& cases, const std::vector<std::string>& selectors,
+                                Level level) {
+  std::vector<const Case*> all;
+  for (const Case& one : cases) {
+    if (one.level <= level &&
+        (selectors.empty() ||
+         std::ranges::any_of(selectors, [&](const std::string& text) { return chosen(one, text); }))) {
+      all.push_back(&one);
+    }
+  }
+  return all;
+}
+
+}  // namespace trestle::conform

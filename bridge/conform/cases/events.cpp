@@ -1,0 +1,246 @@
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+constexpr someip::MethodId event_uint8{0x8001};
+
+void send_trigger(Trial& t, std::uint16_t method) {
+  Call call = t.call(someip::MethodId{method});
+  call.type = someip::MessageType::request_no_return;
+  t.send(call);
+}
+
+/// The event 0x8001, which comes after it was asked for, with a field of it that has to be right.
+auto triggered(void (*judge)(Trial& t, const SeenMessage& seen), std::uint16_t method = 0x03,
+               someip::MethodId event = event_uint8, someip::EventgroupId group = someip::EventgroupId{2}) {
+  return [=](Trial& t) {
+    t.acknowledged(t.subscribe(t.profile.service(), group, {t.own_endpoint()}));
+    const std::size_t since = t.now();
+    send_trigger(t, method);
+    judge(t, t.event(event, since));
+  };
+}
+
+/// Whatever notification comes first for the subscription to eventgroup 2.
+std::optional<SeenMessage> any_notification(Trial& t) {
+  t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
+  t.pass();
+  const std::size_t since = t.now();
+  send_trigger(t, 0x03);
+  return t.await_message(since, t.profile.timing.answer_within, [&](const SeenMessage& seen) {
+    return seen.message.header.service == t.profile.service().service &&
+           (value(seen.message.header.method) & 0x7fffU) == (value(event_uint8) & 0x7fffU) &&
+           seen.packet->to == t.tester.local(t.udp());
+  });
+}
+
+void nothing(Trial&, const SeenMessage&) {}
+
+/// The initial values of the first eventgroup that has some.
+void initial(Trial& t, bool all) {
+  const EventgroupProfile& group =
+      t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
+  const std::size_t since = t.now();
+  t.acknowledged(t.subscribe(group));
+  for (const someip::MethodId event : group.events) {
+    const SeenMessage seen = t.event(event, since);
+    t.require(seen.packet->to == t.tester.local(t.udp()), "receiver", "the subscriber, by unicast", "another",
+              seen.packet);
+    if (!all) {
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+void add_event_cases(Cases& cases) {
+  const Need ets = Need::ets | Need::udp;
+  const Cases all{
+      {.id = "event.comes",
+       .title = "sends an event to its subscriber",
+       .requirements = {"feat_req_someipsd_204", "feat_req_someipsd_787"},
+       .tc8 = {"SOMEIP_ETS_147"},
+       .needs = ets,
+       .run = triggered(nothing)},
+      {.id = "event.id-bit",
+       .title = "sends events whose id has the top bit set",
+       .requirements = {"feat_req_someip_67"},
+       .tc8 = {"SOMEIPSRV_BASIC_03"},
+       .needs = ets,
+       .run =
+           [](Trial& t) {
+             const auto seen = any_notification(t);
+             if (!seen) {
+               t.fail("no event comes");
+             }
+             t.equal("top bit of the Method ID", 1, value(seen->message.header.method) >> 15, seen->packet);
+           }},
+      {.id = "event.message-type",
+       .title = "sends events as notifications",
+       .requirements = {"feat_req_someip_684"},
+       .needs = ets,
+       .run =
+           [](Trial& t) {
+             const auto seen = any_notification(t);
+             if (!seen) {
+               t.fail("no event comes");
+             }
+             t.equal("Message Type", someip::MessageType::notification, seen->message.header.type,
+                     seen->packet);
+           }},
+      {.id = "event.return-code",
+       .title = "sends events with return code 0",
+       .requirements = {"feat_req_someip_144", "feat_req_someip_683"},
+       .needs = ets,
+       .run = triggered([](Trial& t, const SeenMessage& seen) {
+         t.equal("Return Code", someip::ReturnCode::ok, seen.message.header.return_code, seen.packet);
+       })},
+      {.id = "event.interface-version",
+       .title = "sends events with the major version of the service",
+       .requirements = {"feat_req_someip_92"},
+       .needs = ets,
+       .run = triggered([](Trial& t, const SeenMessage& seen) {
+         t.equal("Interface Version", t.profile.service().major, seen.message.header.interface_version,
+                 seen.packet);
+       })},
+      {.id = "event.source-port",
+       .title = "sends events from the offered UDP port",
+       .requirements = {"feat_req_someipsd_758", "feat_req_someipsd_797"},
+       .tc8 = {"SOMEIPSRV_SD_MESSAGE_09"},
+       .needs = ets,
+       .run = triggered([](Trial& t, const SeenMessage& seen) {
+         t.equal("UDP source port", t.udp_of(t.profile.service()).port, seen.packet->from.port, seen.packet);
+       })},
+      {.id = "event.once",
+       .title = "sends an event once to a subscriber, however often it has subscribed",
+       .requirements = {"feat_req_someipsd_1168"},
+       .needs = ets,
+       .run =
+           [](Trial& t) {
+             const SdStimulus stimulus =
+                 t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()});
+             t.acknowledged(stimulus);
+             t.acknowledged(stimulus);
+             const std::size_t since = t.now();
+             send_trigger(t, 0x03);
+             t.event(event_uint8, since);
+             t.pass();
+             const auto seen = t.messages_since(since, t.is_event(event_uint8));
+             t.equal("events", std::size_t{1}, seen.size(), seen.back().packet);
+           }},
+      {.id = "event.array",
+       .title = "sends an array as an event",
+       .requirements = {"feat_req_someipsd_787"},
+       .tc8 = {"SOMEIP_ETS_148"},
+       .needs = ets,
+       .run = triggered(nothing, 0x04, someip::MethodId{0x8002})},
+      {.id = "event.e2e-shaped",
+       .title = "sends an event that has the shape of end-to-end protection",
+       .requirements = {"feat_req_someipsd_787"},
+       .tc8 = {"SOMEIP_ETS_149"},
+       .needs = ets,
+       .run = triggered(nothing, 0x06, someip::MethodId{0x8004})},
+      {.id = "event.multicast",
+       .title = "sends events of a multicast eventgroup to its group",
+       .requirements = {"feat_req_someip_811", "feat_req_someipsd_763"},
+       .tc8 = {"SOMEIP_ETS_150"},
+       .needs = ets | Need::multicast_events,
+       .run =
+           [](Trial& t) {
+             const EventgroupProfile& group =
+                 t.eventgroup([](const EventgroupProfile& one) { return one.multicast.has_value(); });
+             t.tester.open_udp(group.multicast);
+             t.acknowledged(t.subscribe(group));
+             const std::size_t since = t.now();
+             send_trigger(t, 0x3a);
+             const SeenMessage seen = t.event(group.events.front(), since);
+             t.require(seen.packet->to == *group.multicast, "receiver", "the multicast group", "another",
+                       seen.packet);
+           }},
+      {.id = "event.second-service",
+       .title = "sends events to a subscriber of more than one eventgroup at one port",
+       .requirements = {"feat_req_someip_732", "feat_req_someipsd_787"},
+       .tc8 = {"SOMEIPSRV_RPC_02"},
+       .needs = ets,
+       .run =
+           [](Trial& t) {
+             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{5}, {t.own_endpoint()}));
+             const std::size_t since = t.now();
+             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
+             send_trigger(t, 0x03);
+             t.event(event_uint8, since);
+           }},
+      {.id = "event.not-subscribed",
+       .title = "sends no events to whom has not subscribed",
+       .requirements = {"feat_req_someip_807", "feat_req_someipsd_204"},
+       .needs = ets,
+       .run =
+           [](Trial& t) {
+             t.udp();
+             const std::size_t since = t.now();
+             send_trigger(t, 0x03);
+             t.pass();
+             for (const SeenMessage& seen : t.messages_since(since, t.is_event(event_uint8))) {
+               t.different("event", "none", "one", seen.packet);
+             }
+           }},
+      {.id = "event.initial.comes",
+       .title = "sends the value of a field to a new subscriber",
+       .requirements = {"feat_req_someipsd_691", "feat_req_someipsd_833", "feat_req_someipsd_793"},
+       .needs = Need::initial_values | Need::udp,
+       .run = [](Trial& t) { initial(t, false); }},
+      {.id = "event.initial.all",
+       .title = "sends the values of all fields of an eventgroup to a new subscriber",
+       .requirements = {"feat_req_someipsd_691", "feat_req_someipsd_833"},
+       .tc8 = {"SOMEIP_ETS_121"},
+       .needs = Need::initial_values | Need::udp,
+       .run = [](Trial& t) { initial(t, true); }},
+      {.id = "event.initial.not-at-renewal",
+       .title = "sends no values when a subscription is renewed",
+       .requirements = {"feat_req_someipsd_833"},
+       .needs = Need::initial_values | Need::udp,
+       .run =
+           [](Trial& t) {
+             const EventgroupProfile& group =
+                 t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
+             std::size_t since = t.now();
+             t.acknowledged(t.subscribe(group));
+             t.event(group.events.front(), since);
+             t.pass();
+             since = t.now();
+             t.acknowledged(t.subscribe(group));
+             t.pass();
+             for (const SeenMessage& seen : t.messages_since(since, t.is_event(group.events.front()))) {
+               t.different("initial event", "none for a renewed subscription", "one", seen.packet);
+             }
+           }},
+      {.id = "event.field-changes",
+       .title = "tells subscribers the new value of a field",
+       .requirements = {"feat_req_someip_635"},
+       .needs = Need::field | Need::ets | Need::udp,
+       .run =
+           [](Trial& t) {
+             const FieldProfile& field = *t.profile.service().field;
+             std::size_t since = t.now();
+             t.acknowledged(t.subscribe(t.profile.service(), field.eventgroup, {t.own_endpoint()}));
+             t.event(someip::MethodId{0x8006}, since);
+             Bytes other = field.value;
+             other.back() ^= std::byte{0x5a};
+             t.good_answer_to(t.call(field.setter, other));
+             t.pass();
+             since = t.now();
+             t.good_answer_to(t.call(field.setter, field.value));
+             const SeenMessage seen = t.event(someip::MethodId{0x8006}, since);
+             t.equal("value", hex(field.value), hex(seen.message.payload), seen.packet);
+           }},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform

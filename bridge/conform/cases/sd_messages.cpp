@@ -1,0 +1,480 @@
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+/// The first endpoint of the offer that has this protocol; ends the case when there is none.
+sd::EndpointOption endpoint_of(Trial& t, const SeenEntry& offer, Transport transport) {
+  for (const sd::EndpointOption& one : offer.endpoints()) {
+    if (one.transport == transport) {
+      return one;
+    }
+  }
+  t.fail(transport == Transport::tcp ? "the offer has no TCP endpoint" : "the offer has no UDP endpoint",
+         offer.packet);
+}
+
+/// The first option of the offer, whatever it is, as bytes: Length, Type and so on.
+ByteView first_option(Trial& t, const SeenEntry& seen) {
+  const auto options = seen.options();
+  if (options.empty()) {
+    t.fail("the entry refers to no option that is there", seen.packet);
+  }
+  return options.front().body;
+}
+
+/// What is asked of the offer that comes by itself.
+auto offered(void (*judge)(Trial& t, const SeenEntry& offer)) {
+  return [judge](Trial& t) { judge(t, t.offer()); };
+}
+
+/// What is asked of the acknowledgement of a multicast eventgroup: of its multicast option.
+auto multicast_option(void (*judge)(Trial& t, const SeenEntry& ack, const sd::EndpointOption& option,
+                                    const Endpoint& configured)) {
+  return [judge](Trial& t) {
+    const EventgroupProfile& group =
+        t.eventgroup([](const EventgroupProfile& one) { return one.multicast.has_value(); });
+    const SeenEntry ack = t.acknowledged(t.subscribe(group));
+    const auto options = ack.endpoints(sd::EndpointRole::multicast);
+    if (options.empty()) {
+      t.fail("the acknowledgement has no IPv4 multicast option (type 0x14, Length 9)", ack.packet);
+    }
+    judge(t, ack, options.front(), *group.multicast);
+  };
+}
+
+unsigned number(ByteView bytes, std::size_t at) {
+  return at < bytes.size() ? std::to_integer<unsigned>(bytes[at]) : 0U;
+}
+
+}  // namespace
+
+void add_sd_message_cases(Cases& cases) {
+  const Cases all{
+      {.id = "sd.header.client-id",
+       .title = "sends SD messages with Client ID 0",
+       .requirements = {"feat_req_someipsd_26"},
+       .tc8 = {"SOMEIPSRV_FORMAT_01"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Client ID", 0, value(offer.header.client), offer.packet);
+       })},
+      {.id = "sd.header.first-session",
+       .title = "begins with Session ID 1",
+       .requirements = {"feat_req_someipsd_26", "feat_req_someip_649"},
+       .tc8 = {"SOMEIPSRV_FORMAT_02"},
+       .needs = Need::restart,
+       .run =
+           [](Trial& t) {
+             const std::size_t since = t.restart();
+             // What it said when it stopped came before; of the offers the one with the lowest number is the
+             // first.
+             std::optional<SeenEntry> first;
+             for (const SeenEntry& seen : t.entries_since(since, Trial::is_offer(t.profile.service()))) {
+               if (seen.packet->to == t.tester.sd_group() && seen.message.reboot() && !first) {
+                 first = seen;
+               }
+             }
+             if (!first) {
+               t.fail("no offer by multicast with the reboot flag after the start");
+             }
+             t.equal("Session ID", 1, value(first->header.session), first->packet);
+           }},
+      {.id = "sd.header.session-counts",
+       .title = "counts the Session ID up by one with each SD message to the group",
+       .requirements = {"feat_req_someipsd_26", "feat_req_someip_88"},
+       .tc8 = {"SOMEIP_ETS_091"},
+       .needs = Need::cyclic_offers,
+       .run =
+           [](Trial& t) {
+             const auto before = t.offer();
+             const auto after = t.offer();
+             if (before.packet->to == t.tester.sd_group() && after.packet->to == t.tester.sd_group()) {
+               const unsigned expected =
+                   value(before.header.session) == 0xffff ? 1U : value(before.header.session) + 1U;
+               t.equal("Session ID", expected, unsigned{value(after.header.session)}, after.packet);
+             }
+           }},
+      {.id = "sd.header.session-wraps",
+       .title = "goes from Session ID 0xffff to 1, and clears the reboot flag then",
+       .requirements = {"feat_req_someip_677", "feat_req_someipsd_41"},
+       .tc8 = {"SOMEIP_ETS_152"},
+       .budget = 120s,
+       .run =
+           [](Trial& t) {
+             // Finds by unicast make it count; many at once, as its answers may be lost.
+             const auto answers = [&](std::size_t since) {
+               return t.entries_since(since, Trial::is_offer(t.profile.service()));
+             };
+             const auto is_ours = [&](const SeenEntry& seen) { return seen.packet->to == t.tester.sd(); };
+             for (int round = 0; round < 3000; ++round) {
+               t.tester.packets().clear();
+               for (int count = 0; count < 50; ++count) {
+                 t.send_sd({.entries = {Trial::find_entry(t.profile.service())}});
+               }
+               unsigned last = 0;
+               t.tester.receive(t.profile.timing.answer_within, [&] {
+                 last = 0;
+                 std::size_t ours = 0;
+                 for (const SeenEntry& seen : answers(0)) {
+                   ours += is_ours(seen) ? 1U : 0U;
+                 }
+                 return ours >= 50;
+               });
+               const SeenEntry* before = nullptr;
+               const auto all_seen = answers(0);
+               std::size_t ours = 0;
+               for (const SeenEntry& seen : all_seen) {
+                 if (!is_ours(seen)) {
+                   continue;
+                 }
+                 ++ours;
+                 t.require(value(seen.header.session) != 0, "Session ID", "not 0", "0", seen.packet);
+                 if (before != nullptr && value(seen.header.session) < value(before->header.session)) {
+                   t.equal("Session ID after 0xffff", 1, value(seen.header.session), seen.packet);
+                   t.equal("Session ID before it", 0xffff, value(before->header.session), before->packet);
+                   t.equal("reboot flag after the wrap", false, seen.message.reboot(), seen.packet);
+                   return;
+                 }
+                 before = &seen;
+               }
+               (void)last;
+               if (ours == 0) {
+                 t.fail("Finds are not answered");
+               }
+             }
+             t.inconclusive("the Session ID did not wrap");
+           }},
+      {.id = "sd.header.protocol-version",
+       .title = "sends SD messages with Protocol Version 1",
+       .requirements = {"feat_req_someipsd_26", "feat_req_someip_90"},
+       .tc8 = {"SOMEIPSRV_FORMAT_03"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Protocol Version", 1, offer.header.protocol, offer.packet);
+       })},
+      {.id = "sd.header.interface-version",
+       .title = "sends SD messages with Interface Version 1",
+       .requirements = {"feat_req_someipsd_26"},
+       .tc8 = {"SOMEIPSRV_FORMAT_04"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Interface Version", 1, offer.header.interface_version, offer.packet);
+       })},
+      {.id = "sd.header.message-type",
+       .title = "sends SD messages as notifications",
+       .requirements = {"feat_req_someipsd_26"},
+       .tc8 = {"SOMEIPSRV_FORMAT_05"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Message Type", someip::MessageType::notification, offer.header.type, offer.packet);
+       })},
+      {.id = "sd.header.return-code",
+       .title = "sends SD messages with Return Code 0",
+       .requirements = {"feat_req_someipsd_26"},
+       .tc8 = {"SOMEIPSRV_FORMAT_06"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Return Code", someip::ReturnCode::ok, offer.header.return_code, offer.packet);
+       })},
+      {.id = "sd.flags.reboot",
+       .title = "sets the reboot flag after its start",
+       .requirements = {"feat_req_someipsd_40", "feat_req_someipsd_41"},
+       .tc8 = {"SOMEIPSRV_FORMAT_07"},
+       .needs = Need::restart,
+       .run =
+           [](Trial& t) {
+             t.restart();
+             const SeenEntry offer = t.offer();
+             t.equal("reboot flag", true, offer.message.reboot(), offer.packet);
+           }},
+      {.id = "sd.flags.unicast",
+       .title = "sets the unicast flag",
+       .requirements = {"feat_req_someipsd_87", "feat_req_someipsd_100"},
+       .tc8 = {"SOMEIPSRV_FORMAT_08"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("unicast flag", true, offer.message.unicast(), offer.packet);
+       })},
+      {.id = "sd.flags.undefined",
+       .title = "leaves undefined flags 0",
+       .requirements = {"feat_req_someipsd_1180"},
+       .tc8 = {"SOMEIPSRV_FORMAT_09"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         // TCI v3.0 of TC8 is older than explicit initial data, whose flag it takes for an undefined one.
+         const unsigned undefined = t.profile.policy.explicit_initial_data ? 0x1fU : 0x3fU;
+         t.equal("undefined flags", 0U, offer.message.flags() & undefined, offer.packet);
+       })},
+      {.id = "sd.flags.reserved",
+       .title = "leaves the 24 bits after the flags 0",
+       .requirements = {"feat_req_someipsd_42"},
+       .tc8 = {"SOMEIPSRV_FORMAT_10"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("reserved bits", 0U, offer.message.reserved(), offer.packet);
+       })},
+
+      {.id = "sd.offer.entry-type",
+       .title = "offers its service with entries of type 1 and 16 bytes",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_11"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("entry type", 1, static_cast<int>(offer.entry.type), offer.packet);
+       })},
+      {.id = "sd.offer.first-option",
+       .title = "answers a Find with an offer whose first options begin at index 0",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_12"},
+       .run =
+           [](Trial& t) {
+             const SeenEntry offer =
+                 t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service());
+             t.equal("index of the first options", 0, offer.entry.first_run.index, offer.packet);
+           }},
+      {.id = "sd.offer.options",
+       .title = "answers a Find with an offer that refers to an option at least",
+       .requirements = {"feat_req_someipsd_752"},
+       .tc8 = {"SOMEIPSRV_FORMAT_13"},
+       .run =
+           [](Trial& t) {
+             const SeenEntry offer =
+                 t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service());
+             t.require(offer.entry.first_run.count >= 1, "number of first options", "1 or more",
+                       std::to_string(offer.entry.first_run.count), offer.packet);
+           }},
+      {.id = "sd.offer.options-exist",
+       .title = "refers only to options that are there",
+       .requirements = {"feat_req_someipsd_336", "feat_req_someipsd_342"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("options that are there", offer.entry.option_count(), offer.options().size(), offer.packet);
+       })},
+      {.id = "sd.offer.service",
+       .title = "offers the configured Service ID",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_14", "SOMEIPSRV_BASIC_01"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Service ID", value(t.profile.service().service), value(offer.entry.service), offer.packet);
+       })},
+      {.id = "sd.offer.instance",
+       .title = "offers the configured Instance ID",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_15"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Instance ID", value(t.profile.service().instance), value(offer.entry.instance),
+                 offer.packet);
+       })},
+      {.id = "sd.offer.instance-is-one",
+       .title = "offers no instance 0 or 0xffff",
+       .requirements = {"feat_req_someip_579"},
+       .tc8 = {"SOMEIPSRV_BASIC_02"},
+       .run =
+           [](Trial& t) {
+             sd::Entry find = Trial::find_entry(t.profile.service());
+             find.instance = someip::any_instance;
+             const std::size_t since = t.now();
+             t.send_sd({.entries = {find}}, true, "FindService");
+             const auto seen =
+                 t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
+                   return one.entry.kind() == sd::EntryKind::offer_service &&
+                          one.entry.service == t.profile.service().service;
+                 });
+             if (!seen) {
+               t.fail("no offer in answer to a Find of any instance");
+             }
+             t.require(someip::names_an_instance(seen->entry.instance), "Instance ID", "0x0001 to 0xfffe",
+                       fmt::format("{:#06x}", value(seen->entry.instance)), seen->packet);
+           }},
+      {.id = "sd.offer.major",
+       .title = "offers the configured major version",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_16", "SOMEIPSRV_SD_MESSAGE_03", "SOMEIPSRV_SD_MESSAGE_04"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("major version", t.profile.service().major, offer.entry.major, offer.packet);
+       })},
+      {.id = "sd.offer.minor",
+       .title = "offers the configured minor version",
+       .requirements = {"feat_req_someipsd_47"},
+       .tc8 = {"SOMEIPSRV_FORMAT_18", "SOMEIPSRV_SD_MESSAGE_05", "SOMEIPSRV_SD_MESSAGE_06"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("minor version", t.profile.service().minor, offer.entry.minor(), offer.packet);
+       })},
+      {.id = "sd.offer.ttl",
+       .title = "offers with the configured TTL",
+       .requirements = {"feat_req_someipsd_253"},
+       .tc8 = {"SOMEIPSRV_FORMAT_17", "SOMEIPSRV_SD_MESSAGE_07"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         if (const auto ttl = t.profile.service().ttl_s) {
+           t.equal("TTL", *ttl, offer.entry.ttl_s, offer.packet);
+         } else {
+           t.unsupported("the profile does not tell the TTL");
+         }
+       })},
+      {.id = "sd.offer.endpoint",
+       .title = "offers with an IPv4 endpoint option",
+       .requirements = {"feat_req_someipsd_752", "feat_req_someipsd_849"},
+       .tc8 = {"SOMEIPSRV_SD_MESSAGE_08"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         std::size_t udp = 0;
+         std::size_t tcp = 0;
+         for (const sd::EndpointOption& one : offer.endpoints()) {
+           udp += one.transport == Transport::udp ? 1U : 0U;
+           tcp += one.transport == Transport::tcp ? 1U : 0U;
+         }
+         t.require(udp + tcp >= 1, "IPv4 endpoints", "1 or more", "0", offer.packet);
+         t.require(udp <= 1 && tcp <= 1, "IPv4 endpoints of one protocol", "1 at most",
+                   std::to_string(std::max(udp, tcp)), offer.packet);
+       })},
+      {.id = "sd.offer.both-transports",
+       .title = "names UDP and TCP in the answer to a Find when it has both",
+       .requirements = {"feat_req_someipsd_752"},
+       .tc8 = {"SOMEIP_ETS_060"},
+       .needs = Need::udp | Need::tcp,
+       .run =
+           [](Trial& t) {
+             const SeenEntry offer =
+                 t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service());
+             endpoint_of(t, offer, Transport::udp);
+             endpoint_of(t, offer, Transport::tcp);
+           }},
+      {.id = "sd.offer.shared-port",
+       .title = "offers two services at one UDP port",
+       .requirements = {"feat_req_someip_445"},
+       .tc8 = {"SOMEIPSRV_RPC_13"},
+       .needs = Need::two_services | Need::udp,
+       .run =
+           [](Trial& t) {
+             for (const ServiceProfile& other : t.profile.services) {
+               if (other.service != t.profile.service().service &&
+                   other.udp_port == t.profile.service().udp_port) {
+                 const auto first = endpoint_of(t, t.offer(), Transport::udp);
+                 const SeenEntry second = t.offer(other);
+                 t.equal("UDP port", first.endpoint.port,
+                         endpoint_of(t, second, Transport::udp).endpoint.port, second.packet);
+                 return;
+               }
+             }
+             t.unsupported("no two services share a port");
+           }},
+
+      {.id = "sd.option.endpoint.length",
+       .title = "offers endpoints in options of Length 9",
+       .requirements = {"feat_req_someipsd_129"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_01"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("Length of the option", std::size_t{9}, first_option(t, offer).size(), offer.packet);
+       })},
+      {.id = "sd.option.endpoint.type",
+       .title = "offers endpoints in options of type 4",
+       .requirements = {"feat_req_someipsd_127"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_02"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         first_option(t, offer);
+         t.equal("type of the option", sd::OptionType::ipv4_endpoint, offer.options().front().type,
+                 offer.packet);
+       })},
+      {.id = "sd.option.endpoint.reserved",
+       .title = "leaves reserved bytes of endpoint options 0",
+       .requirements = {"feat_req_someipsd_129"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_03", "SOMEIPSRV_OPTIONS_05"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         const ByteView body = first_option(t, offer);
+         t.equal("byte after the type", 0U, number(body, 0), offer.packet);
+         t.equal("byte before the protocol", 0U, number(body, 5), offer.packet);
+       })},
+      {.id = "sd.option.endpoint.address",
+       .title = "offers its own address",
+       .requirements = {"feat_req_someipsd_128", "feat_req_someipsd_129"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_04"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         const ByteView body = first_option(t, offer);
+         for (std::size_t at = 0; at < 4; ++at) {
+           t.equal("byte of the address", unsigned{t.profile.device.bytes[at]}, number(body, 1 + at),
+                   offer.packet);
+         }
+       })},
+      {.id = "sd.option.endpoint.protocol",
+       .title = "says UDP or TCP in endpoint options",
+       .requirements = {"feat_req_someipsd_128", "feat_req_someipsd_129"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_06"},
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         const unsigned protocol = number(first_option(t, offer), 6);
+         t.require(protocol == 0x11 || protocol == 0x06, "L4 protocol", "0x11 or 0x06",
+                   fmt::format("{:#04x}", protocol), offer.packet);
+       })},
+      {.id = "sd.option.endpoint.port",
+       .title = "offers the configured UDP port",
+       .requirements = {"feat_req_someipsd_128"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_07"},
+       .needs = Need::udp,
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("UDP port", *t.profile.service().udp_port,
+                 endpoint_of(t, offer, Transport::udp).endpoint.port, offer.packet);
+       })},
+      {.id = "sd.option.endpoint.tcp",
+       .title = "offers the configured TCP port",
+       .requirements = {"feat_req_someipsd_128"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_15"},
+       .needs = Need::tcp,
+       .run = offered([](Trial& t, const SeenEntry& offer) {
+         t.equal("TCP port", *t.profile.service().tcp_port,
+                 endpoint_of(t, offer, Transport::tcp).endpoint.port, offer.packet);
+       })},
+
+      {.id = "sd.option.multicast.length",
+       .title = "acknowledges a multicast eventgroup with an option of Length 9",
+       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_854"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_08"},
+       .needs = Need::multicast_events,
+       .run =
+           multicast_option([](Trial& t, const SeenEntry& ack, const sd::EndpointOption&, const Endpoint&) {
+             t.equal("Length of the option", std::size_t{9}, first_option(t, ack).size(), ack.packet);
+           })},
+      {.id = "sd.option.multicast.type",
+       .title = "acknowledges a multicast eventgroup with an option of type 0x14",
+       .requirements = {"feat_req_someipsd_723"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_09"},
+       .needs = Need::multicast_events,
+       .run = multicast_option(
+           [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint&) {
+             t.equal("type of the option", sd::OptionType::ipv4_multicast, option.type(), ack.packet);
+           })},
+      {.id = "sd.option.multicast.reserved",
+       .title = "leaves reserved bytes of multicast options 0",
+       .requirements = {"feat_req_someipsd_725"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_10", "SOMEIPSRV_OPTIONS_12"},
+       .needs = Need::multicast_events,
+       .run = multicast_option(
+           [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint&) {
+             t.equal("byte after the type", 0, option.flags, ack.packet);
+             t.equal("byte before the protocol", 0, option.reserved, ack.packet);
+           })},
+      {.id = "sd.option.multicast.address",
+       .title = "names the configured multicast group",
+       .requirements = {"feat_req_someipsd_724"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_11"},
+       .needs = Need::multicast_events,
+       .run = multicast_option(
+           [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint& configured) {
+             t.require(option.endpoint.address == configured.address, "multicast address", "as configured",
+                       "another", ack.packet);
+           })},
+      {.id = "sd.option.multicast.protocol",
+       .title = "says UDP in multicast options",
+       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_749"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_13"},
+       .needs = Need::multicast_events,
+       .run = multicast_option(
+           [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint&) {
+             t.equal("L4 protocol", Transport::udp, option.transport, ack.packet);
+           })},
+      {.id = "sd.option.multicast.port",
+       .title = "names the configured multicast port",
+       .requirements = {"feat_req_someipsd_724"},
+       .tc8 = {"SOMEIPSRV_OPTIONS_14"},
+       .needs = Need::multicast_events,
+       .run = multicast_option(
+           [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint& configured) {
+             t.equal("multicast port", configured.port, option.endpoint.port, ack.packet);
+           })},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform

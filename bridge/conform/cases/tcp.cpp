@@ -1,0 +1,252 @@
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+Call over_tcp(Call call) {
+  call.transport = Transport::tcp;
+  return call;
+}
+
+/// So many requests as one piece of stream.
+Bytes requests(Trial& t, unsigned count) {
+  Bytes stream;
+  for (unsigned number = 1; number <= count; ++number) {
+    Call call = t.request();
+    call.client = someip::ClientId{0x5a41};
+    call.session = someip::SessionId{static_cast<std::uint16_t>(number)};
+    append(stream, call.encode());
+  }
+  return stream;
+}
+
+void expect_answers(Trial& t, std::size_t since, std::size_t count) {
+  const auto answers = [&] {
+    return t.messages_since(since, [](const SeenMessage& seen) {
+      return seen.message.header.client == someip::ClientId{0x5a41};
+    });
+  };
+  t.tester.receive(t.profile.timing.answer_within, [&] { return answers().size() >= count; });
+  t.equal("answers", count, answers().size(), nullptr);
+}
+
+/// That the device either goes on with the stream or has closed the connection; in both cases it serves a new
+/// one.
+void still_serves(Trial& t) {
+  t.good_answer_to(over_tcp(t.request()));
+}
+
+}  // namespace
+
+void add_tcp_cases(Cases& cases) {
+  const Need call = Need::tcp | Need::request;
+  const Cases all{
+      {.id = "tcp.request",
+       .title = "answers a request over TCP on the same connection",
+       .requirements = {"feat_req_someip_49", "feat_req_someip_644"},
+       .needs = call,
+       .run = [](Trial& t) { t.good_answer_to(over_tcp(t.request())); }},
+      {.id = "tcp.echo",
+       .title = "echoes a byte over TCP",
+       .requirements = {"feat_req_someip_644"},
+       .tc8 = {"SOMEIP_ETS_035"},
+       .needs = Need::tcp | Need::ets,
+       .run =
+           [](Trial& t) {
+             const SeenMessage seen =
+                 t.good_answer_to(over_tcp(t.call(someip::MethodId{0x0a}, bytes({0x7e}))));
+             t.equal("payload", std::string{"7e"}, hex(seen.message.payload), seen.packet);
+           }},
+      {.id = "tcp.several.at-once",
+       .title = "answers three requests back to back in a stream",
+       .requirements = {"feat_req_someip_664", "feat_req_someip_702", "feat_req_someip_585"},
+       .tc8 = {"SOMEIP_ETS_068"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             t.tcp();
+             const std::size_t since = t.now();
+             t.tester.send(t.tcp(), requests(t, 3));
+             expect_answers(t, since, 3);
+           }},
+      {.id = "tcp.split.byte-by-byte",
+       .title = "answers requests that come byte by byte",
+       .requirements = {"feat_req_someip_585", "feat_req_someip_664"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             const Bytes stream = requests(t, 2);
+             const PortId connection = t.tcp();
+             const std::size_t since = t.now();
+             for (const std::byte& one : stream) {
+               t.tester.send(connection, ByteView{&one, 1});
+             }
+             expect_answers(t, since, 2);
+           }},
+      {.id = "tcp.split.across-messages",
+       .title = "answers requests whose borders are not those of the TCP segments",
+       .requirements = {"feat_req_someip_664"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             const Bytes stream = requests(t, 4);
+             const PortId connection = t.tcp();
+             const std::size_t since = t.now();
+             for (ByteView rest{stream}; !rest.empty();
+                  rest = rest.subspan(std::min<std::size_t>(rest.size(), 11))) {
+               t.tester.send(connection, rest.first(std::min<std::size_t>(rest.size(), 11)));
+             }
+             expect_answers(t, since, 4);
+           }},
+      {.id = "tcp.two-connections",
+       .title = "serves two connections at a time",
+       .requirements = {"feat_req_someip_644"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             const auto second =
+                 t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
+             if (!second) {
+               t.fail("no second TCP connection");
+             }
+             t.good_answer_to(over_tcp(t.request()));
+             const std::size_t since = t.now();
+             t.tester.send(*second, requests(t, 1));
+             expect_answers(t, since, 1);
+           }},
+      {.id = "tcp.services.one-connection",
+       .title = "answers requests to a second service on the same connection",
+       .requirements = {"feat_req_someip_645"},
+       .needs = call | Need::two_services,
+       .run =
+           [](Trial& t) {
+             for (const ServiceProfile& one : t.profile.services) {
+               if (one.service != t.profile.service().service && one.request &&
+                   one.tcp_port == t.profile.service().tcp_port) {
+                 t.good_answer_to(over_tcp(t.request()));
+                 t.good_answer_to(over_tcp(t.request(one)));
+                 return;
+               }
+             }
+             t.unsupported("no two services share a TCP port");
+           }},
+      {.id = "tcp.instances.own-ports",
+       .title = "serves each instance at its own TCP port",
+       .requirements = {"feat_req_someip_644", "feat_req_someip_445"},
+       .tc8 = {"SOMEIPSRV_RPC_17"},
+       .needs = call | Need::two_instances,
+       .run =
+           [](Trial& t) {
+             for (const ServiceProfile& one : t.profile.services) {
+               if (one.service != t.profile.service().service || !one.request || !one.tcp_port) {
+                 continue;
+               }
+               const auto connection = t.tester.connect(t.tcp_of(one), t.profile.timing.answer_within);
+               if (!connection) {
+                 t.fail(fmt::format("no TCP connection to instance {:#06x}", value(one.instance)));
+               }
+               const std::size_t since = t.now();
+               const Call sent = t.send(over_tcp(t.request(one)), t.tcp_of(one), *connection);
+               const auto seen =
+                   t.await_message(since, t.profile.timing.answer_within, Trial::is_answer_to(sent));
+               if (!seen) {
+                 t.fail(fmt::format("no answer over TCP from instance {:#06x}", value(one.instance)));
+               }
+               t.equal("TCP source port", *one.tcp_port, seen->packet->from.port, seen->packet);
+             }
+           }},
+      {.id = "tcp.magic-cookie",
+       .title = "passes over a magic cookie between two requests",
+       .requirements = {"feat_req_someip_586", "feat_req_someip_609"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             const Call cookie{.service = someip::ServiceId{0xffff},
+                               .method = someip::MethodId{0x0000},
+                               .interface_version = 1,
+                               .type = someip::MessageType::request_no_return,
+                               .client = someip::ClientId{0xdead},
+                               .session = someip::SessionId{0xbeef}};
+             Bytes stream = cookie.encode();
+             append(stream, requests(t, 1));
+             const PortId connection = t.tcp();
+             const std::size_t since = t.now();
+             t.tester.send(connection, stream);
+             expect_answers(t, since, 1);
+             for (const SeenMessage& seen : t.messages_since(since, [](const SeenMessage& one) {
+                    return one.message.header.client == someip::ClientId{0xdead} &&
+                           one.message.header.method == someip::MethodId{0x0000};
+                  })) {
+               t.different("answer to the cookie", "none", "one", seen.packet);
+             }
+           }},
+      {.id = "tcp.survives.garbage",
+       .title = "serves a new connection after garbage came on another one",
+       .requirements = {"feat_req_someip_586"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             t.tester.send(t.tcp(), Bytes(64, std::byte{0xff}));
+             t.tester.receive(50ms, [] { return false; });
+             t.close_ports();
+             const auto fresh =
+                 t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
+             if (!fresh) {
+               t.fail("no new TCP connection");
+             }
+             const std::size_t since = t.now();
+             t.tester.send(*fresh, requests(t, 1));
+             expect_answers(t, since, 1);
+           }},
+      {.id = "tcp.survives.half-a-message",
+       .title = "serves a new connection while half a request waits on another one",
+       .requirements = {"feat_req_someip_644"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             const auto half =
+                 t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
+             if (!half) {
+               t.fail("no TCP connection");
+             }
+             t.tester.send(*half, ByteView{requests(t, 1)}.first(9));
+             still_serves(t);
+           }},
+      {.id = "tcp.subscribe",
+       .title = "acknowledges a Subscribe over TCP, and sends its events on the connection",
+       .requirements = {"feat_req_someipsd_788", "feat_req_someipsd_767"},
+       .tc8 = {"SOMEIP_ETS_108", "SOMEIP_ETS_151"},
+       .needs = Need::tcp | Need::ets,
+       .run =
+           [](Trial& t) {
+             const PortId connection = t.tcp();
+             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2},
+                                        {endpoint_option(t.tester.local(connection), Transport::tcp)}));
+             const std::size_t since = t.now();
+             Call trigger = t.call(someip::MethodId{0x05});
+             trigger.type = someip::MessageType::request_no_return;
+             t.send(trigger);
+             const SeenMessage seen = t.event(someip::MethodId{0x8003}, since);
+             t.equal("transport", Transport::tcp, seen.packet->transport, seen.packet);
+           }},
+      {.id = "tcp.field",
+       .title = "gets and sets a field over TCP",
+       .requirements = {"feat_req_someip_633", "feat_req_someip_634"},
+       .tc8 = {"SOMEIP_ETS_168"},
+       .needs = Need::tcp | Need::ets,
+       .run =
+           [](Trial& t) {
+             t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2a})));
+             t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2b}, bytes({0x33}))));
+             const SeenMessage seen = t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2a})));
+             t.equal("value", std::string{"33"}, hex(seen.message.payload), seen.packet);
+           }},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform

@@ -1,0 +1,355 @@
+#include <algorithm>
+#include <numeric>
+
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+#include "someip/wire/tp.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+constexpr std::size_t segment_bytes = 1392;
+
+/// The payload of a request for the echo of an array: a length field and so many bytes.
+Bytes array_of(std::size_t count) {
+  Bytes payload;
+  append_u32(payload, static_cast<std::uint32_t>(count));
+  for (std::size_t number = 0; number < count; ++number) {
+    append_u8(payload, static_cast<std::uint8_t>(number * 7 + number / 251));
+  }
+  return payload;
+}
+
+struct Segment {
+  std::uint32_t offset = 0;
+  Bytes slice;
+  bool more = true;
+};
+
+std::vector<Segment> segments_of(const Bytes& payload) {
+  std::vector<Segment> all;
+  for (std::size_t at = 0; at < payload.size(); at += segment_bytes) {
+    const std::size_t size = std::min(segment_bytes, payload.size() - at);
+    const auto from = payload.begin() + static_cast<std::ptrdiff_t>(at);
+    all.push_back({static_cast<std::uint32_t>(at),
+                   {from, from + static_cast<std::ptrdiff_t>(size)},
+                   at + size < payload.size()});
+  }
+  return all;
+}
+
+/// Sends segments as those of one request to the echo of arrays (0x09).
+Call send_segments(Trial& t, const std::vector<Segment>& segments, std::uint16_t session,
+                   std::uint8_t reserved = 0) {
+  Call call = t.call(someip::MethodId{0x09});
+  call.client = someip::ClientId{0x5a42};
+  call.session = someip::SessionId{session};
+  call.type = someip::MessageType::tp_request;
+  for (const Segment& one : segments) {
+    call.payload.clear();
+    append_u32(call.payload, someip::to_word({.offset = one.offset, .more = one.more, .reserved = reserved}));
+    append(call.payload, one.slice);
+    t.send(call);
+  }
+  return call;
+}
+
+/// The payload that comes back in segments, and what is to be said of each; nothing: it does not come, or not
+/// whole.
+struct Echo {
+  Bytes payload;
+  std::vector<SeenMessage> parts;
+};
+
+std::optional<Echo> await_echo(Trial& t, std::size_t since, const Call& call, Duration within) {
+  const auto parts = [&] { return t.messages_since(since, Trial::is_answer_to(call)); };
+  const auto is_whole = [&] {
+    const auto all = parts();
+    return std::ranges::any_of(all, [](const SeenMessage& one) {
+      const auto segment = someip::decode_tp(one.message);
+      return segment ? !segment->header.more : !someip::is_tp(one.message.header.type);
+    });
+  };
+  if (!t.tester.receive(within, is_whole)) {
+    return std::nullopt;
+  }
+  t.tester.receive(20ms, [] { return false; });  // what came twice, or later than the last
+  Echo echo{.payload = {}, .parts = parts()};
+  for (const SeenMessage& one : echo.parts) {
+    const auto segment = someip::decode_tp(one.message);
+    const ByteView slice = segment ? segment->slice : one.message.payload;
+    const std::size_t at = segment ? segment->header.offset : 0;
+    echo.payload.resize(std::max(echo.payload.size(), at + slice.size()));
+    std::ranges::copy(slice, echo.payload.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  return echo;
+}
+
+Echo expect_echo(Trial& t, const Bytes& payload, const std::vector<Segment>& segments,
+                 std::uint16_t session = 0x101) {
+  const std::size_t since = t.now();
+  const Call call = send_segments(t, segments, session);
+  auto echo = await_echo(t, since, call, t.profile.timing.answer_within * 2);
+  if (!echo) {
+    t.fail("no answer to a request in segments");
+  }
+  t.equal("bytes of payload", payload.size(), echo->payload.size(), echo->parts.front().packet);
+  const auto [a, b] = std::ranges::mismatch(payload, echo->payload);
+  if (a != payload.end() && b != echo->payload.end()) {
+    t.different(fmt::format("byte {} of the payload", a - payload.begin()), hex({&*a, 1}), hex({&*b, 1}),
+                echo->parts.front().packet);
+  }
+  return *echo;
+}
+
+/// What is asked of the segments of a large response.
+auto large_response(void (*judge)(Trial& t, const Echo& echo)) {
+  return [judge](Trial& t) {
+    const Bytes payload = array_of(5000);
+    judge(t, expect_echo(t, payload, segments_of(payload)));
+  };
+}
+
+/// Segments of a large request in another order, or changed, that have to be put together.
+auto put_together(void (*change)(std::vector<Segment>& segments)) {
+  return [change](Trial& t) {
+    const Bytes payload = array_of(6000);
+    std::vector<Segment> segments = segments_of(payload);
+    change(segments);
+    expect_echo(t, payload, segments);
+  };
+}
+
+/// Segments that are no whole message: there must be no answer with success.
+auto not_put_together(void (*change)(std::vector<Segment>& segments)) {
+  return [change](Trial& t) {
+    const Bytes payload = array_of(6000);
+    std::vector<Segment> segments = segments_of(payload);
+    change(segments);
+    const std::size_t since = t.now();
+    const Call call = send_segments(t, segments, 0x201);
+    t.pass();
+    for (const SeenMessage& seen : t.messages_since(since, Trial::is_answer_to(call))) {
+      t.require(seen.message.header.return_code != someip::ReturnCode::ok, "answer", "none", "a response",
+                seen.packet);
+    }
+  };
+}
+
+}  // namespace
+
+void add_tp_cases(Cases& cases) {
+  const Need tp = Need::tp | Need::udp;
+  const Cases all{
+      {.id = "tp.order.ascending",
+       .title = "puts segments in ascending order together",
+       .requirements = {"feat_req_someiptp_789", "feat_req_someiptp_783", "feat_req_someiptp_785"},
+       .needs = tp,
+       .run = put_together([](std::vector<Segment>&) {})},
+      {.id = "tp.order.descending",
+       .title = "puts segments in descending order together",
+       .level = should,
+       .requirements = {"feat_req_someiptp_820"},
+       .needs = tp,
+       .run = put_together([](std::vector<Segment>& segments) { std::ranges::reverse(segments); })},
+      {.id = "tp.order.out-of-order",
+       .title = "puts segments together that are up to three places off",
+       .level = should,
+       .requirements = {"feat_req_someiptp_790"},
+       .needs = tp,
+       .run = put_together([](std::vector<Segment>& segments) {
+         std::rotate(segments.begin(), segments.begin() + 1, segments.begin() + 4);
+       })},
+      {.id = "tp.order.duplicates",
+       .title = "puts segments together of which each comes twice",
+       .level = should,
+       .requirements = {"feat_req_someiptp_797"},
+       .needs = tp,
+       .run = put_together([](std::vector<Segment>& segments) {
+         std::vector<Segment> twice;
+         for (const Segment& one : segments) {
+           if (&one != &segments.back()) {
+             twice.push_back(one);
+           }
+           twice.push_back(one);
+         }
+         segments = std::move(twice);
+       })},
+      {.id = "tp.order.overlap-first-wins",
+       .title = "keeps the bytes that came first where segments overlap",
+       .level = should,
+       .requirements = {"feat_req_someiptp_797"},
+       .needs = tp,
+       .run = put_together([](std::vector<Segment>& segments) {
+         Segment other = segments[1];
+         for (std::byte& one : other.slice) {
+           one ^= std::byte{0xff};
+         }
+         segments.insert(segments.begin() + 2, other);
+       })},
+      {.id = "tp.reserved-ignored",
+       .title = "does not care for reserved bits of segments",
+       .requirements = {"feat_req_someiptp_769"},
+       .needs = tp,
+       .run =
+           [](Trial& t) {
+             const Bytes payload = array_of(4000);
+             const std::size_t since = t.now();
+             const Call call = send_segments(t, segments_of(payload), 0x301, 7);
+             if (!await_echo(t, since, call, t.profile.timing.answer_within * 2)) {
+               t.fail("no answer to a request in segments with reserved bits");
+             }
+           }},
+      {.id = "tp.interleaved-clients",
+       .title = "puts two messages of two clients together whose segments alternate",
+       .requirements = {"feat_req_someiptp_787", "feat_req_someiptp_803"},
+       .needs = tp,
+       .run =
+           [](Trial& t) {
+             const Bytes payload = array_of(5000);
+             const auto segments = segments_of(payload);
+             const PortId other = t.tester.open_udp();
+             const std::size_t since = t.now();
+             Call call = t.call(someip::MethodId{0x09});
+             call.type = someip::MessageType::tp_request;
+             call.session = someip::SessionId{0x401};
+             Call second = call;
+             call.client = someip::ClientId{0x5a43};
+             second.client = someip::ClientId{0x5a44};
+             for (const Segment& one : segments) {
+               call.payload.clear();
+               append_u32(call.payload, someip::to_word({.offset = one.offset, .more = one.more}));
+               append(call.payload, one.slice);
+               second.payload = call.payload;
+               t.send(call);
+               t.send(second, t.udp_of(t.profile.service()), other);
+             }
+             for (const Call& one : {call, second}) {
+               t.require(await_echo(t, since, one, t.profile.timing.answer_within * 2).has_value(), "answer",
+                         fmt::format("to client {:#06x}", value(one.client)), "none", nullptr);
+             }
+           }},
+      {.id = "tp.new-session",
+       .title = "drops a message that is not whole when the next one begins",
+       .requirements = {"feat_req_someiptp_793", "feat_req_someiptp_795"},
+       .needs = tp,
+       .run =
+           [](Trial& t) {
+             const Bytes payload = array_of(5000);
+             auto segments = segments_of(payload);
+             auto half = segments;
+             half.pop_back();
+             send_segments(t, half, 0x501);
+             expect_echo(t, payload, segments, 0x502);
+           }},
+      {.id = "tp.reject.missing-segment",
+       .title = "does not deliver a message of which a segment is missing",
+       .requirements = {"feat_req_someiptp_783"},
+       .needs = tp,
+       .run = not_put_together([](std::vector<Segment>& segments) { segments.erase(segments.begin() + 1); })},
+      {.id = "tp.reject.no-last",
+       .title = "does not deliver a message without its last segment",
+       .requirements = {"feat_req_someiptp_783", "feat_req_someiptp_770"},
+       .needs = tp,
+       .run = not_put_together([](std::vector<Segment>& segments) { segments.pop_back(); })},
+      {.id = "tp.reject.unaligned",
+       .title = "does not deliver a message with a segment that is no multiple of 16 bytes",
+       .requirements = {"feat_req_someiptp_792", "feat_req_someiptp_772"},
+       .needs = tp,
+       .run = not_put_together([](std::vector<Segment>& segments) { segments[1].slice.resize(1385); })},
+      {.id = "tp.response.payload",
+       .title = "sends a large response in segments",
+       .requirements = {"feat_req_someiptp_760", "feat_req_someiptp_767"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         t.require(echo.parts.size() > 1, "segments", "several", std::to_string(echo.parts.size()),
+                   echo.parts.front().packet);
+       })},
+      {.id = "tp.response.flag",
+       .title = "sets the TP flag in segments",
+       .requirements = {"feat_req_someiptp_765"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         for (const SeenMessage& one : echo.parts) {
+           t.equal("TP flag", true, someip::is_tp(one.message.header.type), one.packet);
+         }
+       })},
+      {.id = "tp.response.session",
+       .title = "sends all segments with one Session ID",
+       .requirements = {"feat_req_someiptp_763", "feat_req_someiptp_774"},
+       .needs = tp,
+       .run =
+           [](Trial& t) {
+             const std::size_t since = t.now();
+             const Call call = send_segments(t, segments_of(array_of(5000)), 0x601);
+             t.tester.receive(t.profile.timing.answer_within / 2,
+                              [&] { return t.messages_since(since, Trial::is_answer_to(call)).size() >= 4; });
+             const auto segments = t.messages_since(since, [&](const SeenMessage& seen) {
+               return someip::is_tp(seen.message.header.type) && seen.message.header.client == call.client;
+             });
+             t.require(!segments.empty(), "segments", "some", "none", nullptr);
+             for (const SeenMessage& one : segments) {
+               t.equal("Session ID", value(call.session), value(one.message.header.session), one.packet);
+             }
+           }},
+      {.id = "tp.response.sizes",
+       .title = "sends segments of one size, a multiple of 16 of 1392 bytes at most, but for the last",
+       .requirements = {"feat_req_someiptp_772", "feat_req_someiptp_773", "feat_req_someiptp_778"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         const auto first = someip::decode_tp(echo.parts.front().message);
+         for (const SeenMessage& one : echo.parts) {
+           const auto segment = someip::decode_tp(one.message);
+           t.require(segment.has_value(), "segment", "a TP header and a multiple of 16 bytes", "another",
+                     one.packet);
+           if (segment && first && segment->header.more) {
+             t.equal("bytes of a segment", first->slice.size(), segment->slice.size(), one.packet);
+             t.require(segment->slice.size() <= segment_bytes, "bytes of a segment", "1392 at most",
+                       std::to_string(segment->slice.size()), one.packet);
+           }
+         }
+       })},
+      {.id = "tp.response.last",
+       .title = "clears the more-segments flag in the last segment alone",
+       .requirements = {"feat_req_someiptp_770"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         std::size_t last = 0;
+         for (const SeenMessage& one : echo.parts) {
+           const auto segment = someip::decode_tp(one.message);
+           last += segment && !segment->header.more ? 1U : 0U;
+         }
+         t.equal("last segments", std::size_t{1}, last, echo.parts.back().packet);
+       })},
+      {.id = "tp.response.reserved",
+       .title = "leaves reserved bits of segments 0",
+       .requirements = {"feat_req_someiptp_769"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         for (const SeenMessage& one : echo.parts) {
+           if (const auto segment = someip::decode_tp(one.message)) {
+             t.equal("reserved bits", 0, segment->header.reserved, one.packet);
+           }
+         }
+       })},
+      {.id = "tp.response.once",
+       .title = "sends each segment once, in ascending order",
+       .requirements = {"feat_req_someiptp_777", "feat_req_someiptp_780"},
+       .needs = tp,
+       .run = large_response([](Trial& t, const Echo& echo) {
+         std::size_t expected = 0;
+         for (const SeenMessage& one : echo.parts) {
+           if (const auto segment = someip::decode_tp(one.message)) {
+             t.equal("offset", expected, std::size_t{segment->header.offset}, one.packet);
+             expected = segment->header.offset + segment->slice.size();
+           }
+         }
+       })},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform

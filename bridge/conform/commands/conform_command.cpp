@@ -1,0 +1,343 @@
+#include "bridge/conform/commands/conform_command.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/option.hpp"
+#include "bridge/cli/terminal.hpp"
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/profile.hpp"
+#include "bridge/conform/report.hpp"
+#include "bridge/conform/runner.hpp"
+#include "bridge/conform/selftest.hpp"
+#include "bridge/documents/document.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::conform {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> selectors;
+  std::string profile;
+  std::string tester;
+  std::string device;
+  std::string level = "tc8";
+  std::string role = "both";
+  std::string folder = "conform-results";
+  std::vector<std::string> faults;
+  bool quiet = false;
+  bool quick = false;
+};
+
+Level level_of(const std::string& word) {
+  return word == "must" ? Level::must : word == "should" ? Level::should : Level::tc8;
+}
+
+/// The cases that are asked for. A selector that chooses none is a mistake.
+std::vector<const Case*> cases_of(const Arguments& arguments) {
+  for (const std::string& selector : arguments.selectors) {
+    if (choose(all_cases(), {selector}, Level::tc8).empty()) {
+      throw CLI::ValidationError{
+          selector,
+          "chooses no case; 'trestle conform list' shows all. A selector is an id ('sd.offer.ttl'), the "
+          "start "
+          "of one ('sd.offer'), a pattern ('*.ttl'), a TC8 id, or the id of a requirement"};
+    }
+  }
+  std::vector<const Case*> all = choose(all_cases(), arguments.selectors, level_of(arguments.level));
+  std::erase_if(all, [&](const Case* one) {
+    return arguments.role != "both" && arguments.role != to_string(one->role);
+  });
+  return all;
+}
+
+IpAddress address_of(const char* name, const std::string& text) {
+  const auto address = someip::parse_address(text);
+  if (!address || address->v6) {
+    throw CLI::ValidationError{name, "'" + text + "' is no IPv4 address"};
+  }
+  return *address;
+}
+
+/// Nothing, after it has said why, when the profile cannot be used.
+std::optional<Profile> profile_of(const Arguments& arguments) {
+  const auto text = documents::read_text_file(arguments.profile);
+  if (!text) {
+    throw CLI::ValidationError{"--dut", text.error()};
+  }
+  auto profile = read_profile(*text, arguments.profile);
+  if (!profile) {
+    for (const documents::Problem& problem : profile.error()) {
+      fmt::print(stderr, "{}\n", documents::to_string(problem));
+    }
+    return std::nullopt;
+  }
+  if (!arguments.tester.empty()) {
+    profile->tester = address_of("--tester", arguments.tester);
+  }
+  if (!arguments.device.empty()) {
+    profile->device = address_of("--device", arguments.device);
+  }
+  return *profile;
+}
+
+std::string programs() {
+  return fs::read_symlink("/proc/self/exe").parent_path().string();
+}
+
+void write(const std::string& file, const std::string& text) {
+  std::ofstream out{file, std::ios::binary};
+  out << text;
+  if (!out.flush()) {
+    throw std::runtime_error{"cannot write " + file};
+  }
+}
+
+/// The case that runs now, on a line that the next one takes away. Only where somebody looks.
+class Progress {
+ public:
+  explicit Progress(std::size_t count) : count_{count}, shown_{cli::is_terminal(STDERR_FILENO)} {}
+  ~Progress() { clear(); }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void begin(const std::string& what) {
+    ++number_;
+    if (shown_) {
+      fmt::print(stderr, "\r\033[K[{}/{}] {}", number_, count_, what);
+    }
+  }
+  void clear() const {
+    if (shown_) {
+      fmt::print(stderr, "\r\033[K");
+    }
+  }
+
+ private:
+  std::size_t count_;
+  std::size_t number_ = 0;
+  bool shown_;
+};
+
+/// Prints each result below a heading for each area.
+class Tree {
+ public:
+  explicit Tree(const RunInfo& info) : info_{info} {}
+
+  void add(const CaseResult& result) {
+    // The first two parts: "sd.offer".
+    const std::string& id = result.what->id;
+    const auto dot = id.find('.', id.find('.') + 1);
+    if (const std::string area = id.substr(0, dot); area != area_) {
+      area_ = area;
+      fmt::print("{}{}{}\n", colours_.bold, area, colours_.off);
+    }
+    fmt::print("{}\n", case_text(result, info_, colours_));
+    std::fflush(stdout);
+  }
+  [[nodiscard]] const cli::Colours& colours() const { return colours_; }
+
+ private:
+  const RunInfo& info_;
+  cli::Colours colours_ = cli::colours_for(STDOUT_FILENO);
+  std::string area_;
+};
+
+RunInfo info_of(const Arguments& arguments, const Profile& profile) {
+  std::string command = "trestle conform run --dut " + arguments.profile;
+  if (!arguments.tester.empty()) {
+    command += " --tester " + arguments.tester;
+  }
+  if (!arguments.device.empty()) {
+    command += " --device " + arguments.device;
+  }
+  return {.profile_file = arguments.profile,
+          .device = profile.name,
+          .device_version = profile.version,
+          .folder = arguments.folder,
+          .level = level_of(arguments.level),
+          .command = std::move(command)};
+}
+
+int run(const Arguments& arguments) {
+  const std::vector<const Case*> cases = cases_of(arguments);
+  const auto profile = profile_of(arguments);
+  if (!profile) {
+    return cli::exit_usage;
+  }
+  fs::create_directories(arguments.folder);
+  const RunInfo info = info_of(arguments, *profile);
+  Tree tree{info};
+  Progress progress{cases.size()};
+  const RunResult result = run_cases(*profile, cases,
+                                     {.folder = arguments.folder,
+                                      .programs = programs(),
+                                      .on_begin = [&](const Case& one) { progress.begin(one.id); },
+                                      .on_end =
+                                          [&](const CaseResult& one) {
+                                            progress.clear();
+                                            if (!arguments.quiet || one.outcome.verdict == Verdict::fail ||
+                                                one.outcome.verdict == Verdict::error) {
+                                              tree.add(one);
+                                            }
+                                          }});
+  progress.clear();
+  write(arguments.folder + "/junit.xml", junit_xml(result, info));
+  write(arguments.folder + "/results.json", results_json(result, info));
+  fmt::print("{}\n{}results.json, junit.xml and a capture of each case are in {}{}\n",
+             summary(result, tree.colours()), tree.colours().dim, arguments.folder, tree.colours().off);
+  const bool good =
+      result.count(Verdict::fail) + result.count(Verdict::error) + result.count(Verdict::inconclusive) == 0;
+  return good ? cli::exit_ok : cli::exit_failure;
+}
+
+int list(const Arguments& arguments) {
+  for (const Case* one : cases_of(arguments)) {
+    std::string tc8;
+    for (const Tc8Id& id : one->tc8) {
+      tc8 += " " + std::string{id.text()};
+    }
+    fmt::print("{:48} {:6} {}{}\n", one->id, to_string(one->level), one->title,
+               tc8.empty() ? "" : " [" + tc8.substr(1) + "]");
+  }
+  return cli::exit_ok;
+}
+
+int explain(const Arguments& arguments) {
+  for (const Case* one : cases_of(arguments)) {
+    fmt::print("{}", explanation(*one));
+  }
+  return cli::exit_ok;
+}
+
+int check_itself(const Arguments& arguments) {
+  const std::vector<const Case*> cases = cases_of(arguments);
+  const auto profile = profile_of(arguments);
+  if (!profile) {
+    return cli::exit_usage;
+  }
+  fs::create_directories(arguments.folder);
+  const RunInfo info = info_of(arguments, *profile);
+  Tree tree{info};
+  const cli::Colours& colours = tree.colours();
+  const SelftestResult result = selftest(
+      *profile, cases,
+      {.folder = arguments.folder,
+       .programs = programs(),
+       .only_faults = arguments.faults,
+       .only_finders = arguments.quick,
+       .on_case =
+           [&](const CaseResult& one) {
+             if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
+               tree.add(one);
+             }
+           },
+       .on_fault =
+           [&](const FaultResult& one) {
+             std::string names;
+             for (const std::string& id : one.found_by) {
+               names += (names.empty() ? "" : ", ") + id;
+             }
+             const bool is_found = !one.found_by.empty();
+             fmt::print("{}{:>9}{}  {:28} {}{}{}\n", is_found ? colours.green : colours.red,
+                        is_found ? "found" : "NOT FOUND", colours.off, one.fault.name, colours.dim,
+                        is_found ? names : fmt::format("{}; tried {} cases", one.fault.what, one.tried),
+                        colours.off);
+             std::fflush(stdout);
+           }});
+  const std::vector<std::string> blind = result.blind_cases();
+  for (const std::string& id : blind) {
+    fmt::print("{}    blind{}  {} fails with none of the faults\n", colours.yellow, colours.off, id);
+  }
+  fmt::print("without a fault: {}\n", summary(result.reference, colours));
+  fmt::print("{} of {} faults are found; {} of {} cases fail with a fault\n", result.found(),
+             result.faults.size(),
+             result.reference.cases.size() - result.reference.count(Verdict::unsupported) - blind.size(),
+             result.reference.cases.size() - result.reference.count(Verdict::unsupported));
+  const bool good = result.found() == result.faults.size() && result.reference.count(Verdict::fail) == 0 &&
+                    result.reference.count(Verdict::error) == 0;
+  return good ? cli::exit_ok : cli::exit_failure;
+}
+
+void add_selection(CLI::App& command, Arguments& arguments) {
+  command.add_option(
+      "SELECTOR", arguments.selectors,
+      "Only these: ids of cases ('sd.offer.ttl'), their start ('sd.offer'), patterns ('*.ttl'), TC8 ids, ids "
+      "of requirements");
+  cli::option(
+      command, "--level", arguments.level, "LEVEL",
+      "must: what the specification demands. should: also what it advises. tc8: also what only TC8 asks for")
+      ->check(CLI::IsMember({"must", "should", "tc8"}));
+  cli::option(command, "--role", arguments.role, "ROLE",
+              "Cases of the device as a server, as a client, or both")
+      ->check(CLI::IsMember({"server", "client", "both"}));
+}
+
+void add_device(CLI::App& command, Arguments& arguments) {
+  command.add_option("--dut", arguments.profile, "The profile of the device: a YAML file")
+      ->type_name("FILE")
+      ->required();
+  command.add_option("--tester", arguments.tester, "Our own address, in place of that in the profile")
+      ->type_name("IP");
+  command
+      .add_option("--device", arguments.device, "The address of the device, in place of that in the profile")
+      ->type_name("IP");
+  cli::option(command, "--out", arguments.folder, "DIR", "The folder for results and captures");
+}
+
+}  // namespace
+
+void add_conform_command(CLI::App& app, int& status) {
+  CLI::App* conform = app.add_subcommand("conform", "Test whether a device does what SOME/IP asks of it");
+  conform->require_subcommand(1);
+  const auto command = [&](const char* name, const char* what, int (*action)(const Arguments&),
+                           const char* footer, bool with_device) {
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* one = conform->add_subcommand(name, what);
+    add_selection(*one, *arguments);
+    if (with_device) {
+      add_device(*one, *arguments);
+    }
+    one->footer(footer);
+    one->callback([arguments, action, &status] { status = action(*arguments); });
+    return std::pair{one, arguments};
+  };
+  const auto [run_command, run_arguments] =
+      command("run", "Run cases against a device", run,
+              "Examples:\n"
+              "  trestle conform run --dut examples/ets_device/profile.yaml\n"
+              "  trestle conform run sd.offer 'sd.subscribe.ack.*' --dut my_ecu.yaml --out results\n"
+              "Exit status: 0 when no case failed, 1 when one did or could not be judged, 2 when the command "
+              "line or the\n"
+              "profile is wrong. docs/conform.md explains profiles, verdicts and results.",
+              true);
+  run_command->add_flag("-q,--quiet", run_arguments->quiet, "Print only cases that fail");
+  command("list", "List cases", list, "Example:\n  trestle conform list sd --level must", false);
+  command("explain", "Say what cases are about: requirements and TC8 cases in our words", explain,
+          "Examples:\n"
+          "  trestle conform explain sd.offer.ttl\n"
+          "  trestle conform explain feat_req_someipsd_614",
+          false);
+  const auto [test_command, test_arguments] = command(
+      "selftest", "Show that the cases find faults: run them against a device with faults made on purpose",
+      check_itself,
+      "Examples:\n"
+      "  trestle conform selftest --dut examples/ets_device/profile.yaml\n"
+      "  trestle conform selftest --dut examples/ets_device/profile.yaml --fault ack-ttl --quick\n"
+      "Exit status: 0 when all faults are found and no case fails without a fault, 1 otherwise.",
+      true);
+  test_command->add_option("--fault", test_arguments->faults, "Only this fault; can be repeated")
+      ->type_name("NAME");
+  test_command->add_flag("--quick", test_arguments->quick, "Only cases that may find one of the faults");
+}
+
+}  // namespace trestle::conform

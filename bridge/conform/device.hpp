@@ -1,0 +1,40 @@
+#pragma once
+#include <sys/types.h>
+
+#include <string>
+
+#include "bridge/conform/profile.hpp"
+
+namespace trestle::conform {
+
+/// Starts and stops the device as its profile says.
+class Device {
+ public:
+  /// @param programs  the folder of the running program.
+  /// @param log       the file that gets what the device prints.
+  /// @param fault     start it with this fault; empty: as it is.
+  Device(const Profile& profile, std::string programs, std::string log, std::string fault = {});
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  /// Nothing happens where the profile has no command for it.
+  /// @throws std::runtime_error when a command cannot be run or fails.
+  void start();
+  /// In order (SIGTERM), or at once.
+  void stop(bool at_once = false);
+  void restart(bool at_once = false);
+
+ private:
+  void run(const std::string& command) const;
+  void end_process(bool at_once);
+  void ask(const char* what) const;
+
+  const Profile& profile_;
+  std::string programs_;
+  std::string log_;
+  std::string fault_;
+  pid_t process_ = 0;
+};
+
+}  // namespace trestle::conform

@@ -1,0 +1,247 @@
+#include "bridge/conform/profile.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <array>
+#include <utility>
+
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/section.hpp"
+#include "someip/net/address_text.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using documents::as;
+using documents::Format;
+using documents::id_number;
+using documents::Problems;
+using documents::Section;
+using documents::truth;
+using documents::whole_number;
+
+constexpr std::uint64_t max_id = 0xfffe;
+
+template <typename Id>
+Format<Id> id(std::uint64_t max = max_id) {
+  return as<Id>(id_number(1, max));
+}
+
+int digit(char c) {
+  return c >= '0' && c <= '9'   ? c - '0'
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                : -1;
+}
+
+Format<std::vector<std::byte>> hex_bytes() {
+  return {"bytes in hexadecimal, such as \"00 2a\"", [](std::string_view text) {
+            std::vector<std::byte> bytes;
+            int high = -1;
+            for (const char c : text) {
+              if (c == ' ' && high < 0) {
+                continue;
+              }
+              const int value = digit(c);
+              if (value < 0) {
+                return std::optional<std::vector<std::byte>>{};
+              }
+              if (high < 0) {
+                high = value;
+              } else {
+                bytes.push_back(static_cast<std::byte>(high * 16 + value));
+                high = -1;
+              }
+            }
+            return high < 0 ? std::optional{bytes} : std::nullopt;
+          }};
+}
+
+Format<Duration> any_duration() {
+  return documents::duration(0ns, 1h);
+}
+
+/// A value that may be missing and then stays unknown.
+template <typename T, typename From>
+void read_optional(Section& section, const char* key, const Format<From>& format, std::optional<T>& into) {
+  From value{};
+  if (section.read(key, format, value)) {
+    into = static_cast<T>(value);
+  }
+}
+
+EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
+  Section section{node, "eventgroup", problems};
+  EventgroupProfile group;
+  section.require("id", id<someip::EventgroupId>(), group.id);
+  std::vector<documents::Mark> marks;
+  section.read_list("events", id<someip::MethodId>(), group.events, marks);
+  section.read("initial_values", truth(), group.initial_values);
+  section.read("tcp", truth(), group.tcp);
+  if (!section.is_missing("multicast")) {
+    Section multicast{section.child("multicast"), "multicast", problems};
+    Endpoint endpoint;
+    multicast.require("address", documents::multicast_address(), endpoint.address);
+    multicast.require("port", as<std::uint16_t>(whole_number(1, 65'535)), endpoint.port);
+    multicast.finish();
+    group.multicast = endpoint;
+  }
+  section.finish();
+  return group;
+}
+
+ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
+  Section section{node, "service", problems};
+  ServiceProfile service;
+  const auto port = as<std::uint16_t>(whole_number(1, 65'535));
+  section.require("id", id<someip::ServiceId>(), service.service);
+  section.require("instance", id<someip::InstanceId>(), service.instance);
+  section.read("major", as<std::uint8_t>(whole_number(0, 254)), service.major);
+  section.read("minor", as<std::uint32_t>(whole_number(0, 0xffff'fffe)), service.minor);
+  read_optional(section, "ttl", whole_number(1, 0xff'ffff), service.ttl_s);
+  read_optional(section, "udp", port, service.udp_port);
+  read_optional(section, "tcp", port, service.tcp_port);
+  if (!section.is_missing("eventgroups")) {
+    for (const YAML::Node& group : section.list("eventgroups", "a list of eventgroups")) {
+      service.eventgroups.push_back(read_eventgroup(group, problems));
+    }
+  }
+  if (!section.is_missing("request")) {
+    Section request{section.child("request"), "request", problems};
+    service.request.emplace();
+    request.require("method", id<someip::MethodId>(0x7fff), service.request->method);
+    request.read("payload", hex_bytes(), service.request->payload);
+    request.finish();
+  }
+  read_optional(section, "fire_and_forget", id<someip::MethodId>(0x7fff), service.fire_and_forget);
+  if (!section.is_missing("field")) {
+    Section field{section.child("field"), "field", problems};
+    service.field.emplace();
+    field.require("getter", id<someip::MethodId>(0x7fff), service.field->getter);
+    field.require("setter", id<someip::MethodId>(0x7fff), service.field->setter);
+    field.require("value", hex_bytes(), service.field->value);
+    field.require("eventgroup", id<someip::EventgroupId>(), service.field->eventgroup);
+    field.finish();
+  }
+  if (!service.udp_port && !service.tcp_port) {
+    problems.error(section.mark(), "service: expected a port, udp or tcp");
+  }
+  section.finish();
+  return service;
+}
+
+void read_timing(Section& top, TimingProfile& timing, Problems& problems) {
+  if (top.is_missing("timing")) {
+    return;
+  }
+  Section section{top.child("timing"), "timing", problems};
+  read_optional(section, "initial_delay_max", any_duration(), timing.initial_delay_max);
+  read_optional(section, "repetitions_base_delay", any_duration(), timing.repetitions_base_delay);
+  read_optional(section, "repetitions_max", whole_number(0, 20), timing.repetitions_max);
+  read_optional(section, "cyclic_offer_delay", any_duration(), timing.cyclic_offer_delay);
+  section.read("answer_within", documents::duration(10ms, 1min), timing.answer_within);
+  section.read("ready_within", documents::duration(10ms, 10min), timing.ready_within);
+  section.finish();
+}
+
+void read_policy(Section& top, PolicyProfile& policy, Problems& problems) {
+  if (top.is_missing("policy")) {
+    return;
+  }
+  Section section{top.child("policy"), "policy", problems};
+  section.read("explicit_initial_data", truth(), policy.explicit_initial_data);
+  section.read("multicast_find_answers", truth(), policy.multicast_find_answers);
+  section.read("answers_unknown_service", truth(), policy.answers_unknown_service);
+  section.read("answers_unknown_method", truth(), policy.answers_unknown_method);
+  section.read("processes_request_with_return_code", truth(), policy.processes_request_with_return_code);
+  section.read("refuses_unknown_subscriptions", truth(), policy.refuses_unknown_subscriptions);
+  section.read(
+      "error_type",
+      documents::one_of<ErrorType>(
+          {{"response", ErrorType::response}, {"error", ErrorType::error}, {"either", ErrorType::either}}),
+      policy.error_type);
+  section.finish();
+}
+
+void read_lifecycle(Section& top, Profile& profile, Problems& problems) {
+  const auto command = documents::any_text("a command");
+  if (!top.is_missing("lifecycle")) {
+    Section section{top.child("lifecycle"), "lifecycle", problems};
+    section.read("start", command, profile.lifecycle.start);
+    section.read("stop", command, profile.lifecycle.stop);
+    section.read("restart", command, profile.lifecycle.restart);
+    section.read("ask_operator", truth(), profile.lifecycle.ask_operator);
+    section.finish();
+  }
+  if (!top.is_missing("faults")) {
+    Section section{top.child("faults"), "faults", problems};
+    section.require("list", command, profile.faults.list);
+    section.require("start", command, profile.faults.start);
+    section.finish();
+  }
+}
+
+void read_network(Section& top, Profile& profile, Problems& problems) {
+  Section network{top.child("network"), "network", problems};
+  network.require("device", documents::ip_address(), profile.device);
+  network.require("tester", documents::ip_address(), profile.tester);
+  network.read("multicast", documents::multicast_address(), profile.multicast);
+  network.read("sd_port", as<std::uint16_t>(whole_number(1, 65'535)), profile.sd_port);
+  if (profile.device.v6 || profile.tester.v6 || profile.multicast.v6) {
+    problems.error(network.mark(), "network: expected IPv4 addresses; cases over IPv6 are not there yet");
+  }
+  if (profile.device == profile.tester) {
+    problems.error(network.mark(),
+                   "network: expected two addresses: both sides use the port of service discovery");
+  }
+  network.finish();
+}
+
+}  // namespace
+
+tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::string& text,
+                                                                    const std::string& file) {
+  Problems problems{file};
+  Profile profile{.file = file};
+  const YAML::Node node = documents::parse_document(text, "the profile of a device", problems);
+  if (node.IsDefined() && !problems.has_errors()) {
+    Section top{node, "", problems};
+    top.require("name", documents::any_text("the name of the device"), profile.name);
+    top.read("version", documents::any_text("the version of the device"), profile.version);
+    read_network(top, profile, problems);
+    for (const YAML::Node& service : top.required_list("services", "a list of services")) {
+      profile.services.push_back(read_service(service, problems));
+    }
+    top.read("ets", truth(), profile.ets);
+    top.read("tp", truth(), profile.tp);
+    read_timing(top, profile.timing, problems);
+    read_policy(top, profile.policy, problems);
+    read_lifecycle(top, profile, problems);
+    top.finish();
+  }
+  if (problems.has_errors() || profile.services.empty()) {
+    return tl::unexpected{problems.take()};
+  }
+  return profile;
+}
+
+std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,
+                      const std::string& fault) {
+  const std::array<std::pair<std::string, std::string>, 6> words{
+      {{"{device}", someip::to_string(profile.device)},
+       {"{tester}", someip::to_string(profile.tester)},
+       {"{multicast}", someip::to_string(profile.multicast)},
+       {"{sd_port}", std::to_string(profile.sd_port)},
+       {"{programs}", programs},
+       {"{fault}", fault}}};
+  std::string text = command;
+  for (const auto& [word, value] : words) {
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + value.size())) {
+      text.replace(at, word.size(), value);
+    }
+  }
+  return text;
+}
+
+}  // namespace trestle::conform

@@ -1,0 +1,127 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "bridge/documents/problem.hpp"
+#include "someip/wire/endpoint.hpp"
+
+/// What is known of the device before anything is sent to it.
+namespace trestle::conform {
+
+struct EventgroupProfile {
+  someip::EventgroupId id{};
+  std::vector<someip::MethodId> events{};
+  std::optional<Endpoint> multicast{};  ///< where its events go to when it is a multicast eventgroup
+  bool initial_values = false;          ///< it has fields, so that subscribers get their values
+  bool tcp = false;                     ///< it has events that need TCP
+};
+
+/// A method that any device may have: a request that is answered without an error.
+struct RequestProfile {
+  someip::MethodId method{};
+  std::vector<std::byte> payload{};
+};
+
+struct FieldProfile {
+  someip::MethodId getter{};
+  someip::MethodId setter{};
+  std::vector<std::byte> value{};  ///< that may be set
+  someip::EventgroupId eventgroup{};
+};
+
+struct ServiceProfile {
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  std::uint8_t major = 1;
+  std::uint32_t minor = 0;
+  std::optional<std::uint32_t> ttl_s{};
+  std::optional<std::uint16_t> udp_port{};
+  std::optional<std::uint16_t> tcp_port{};
+  std::vector<EventgroupProfile> eventgroups{};
+  std::optional<RequestProfile> request{};
+  std::optional<someip::MethodId> fire_and_forget{};
+  std::optional<FieldProfile> field{};
+};
+
+/// When the device sends by itself, as it is configured; nothing: not known.
+struct TimingProfile {
+  std::optional<Duration> initial_delay_max{};
+  std::optional<Duration> repetitions_base_delay{};
+  std::optional<std::uint8_t> repetitions_max{};
+  std::optional<Duration> cyclic_offer_delay{};
+  Duration answer_within = std::chrono::seconds{1};  ///< for whatever is asked for
+  Duration ready_within = std::chrono::seconds{10};  ///< from its start to the first offer
+};
+
+/// How errors are told.
+enum class ErrorType : std::uint8_t { response, error, either };
+
+/// What the device is meant to do where editions of the specification and TC8 differ.
+struct PolicyProfile {
+  /// The flag 0x20 of SD messages is known, which TC8 v3.0 takes for a reserved bit.
+  bool explicit_initial_data = true;
+  /// Finds are answered by multicast where TC8 wants that; else by unicast always.
+  bool multicast_find_answers = false;
+  bool answers_unknown_service = true;  ///< with an error; the specification leaves that open
+  bool answers_unknown_method = true;   ///< likewise
+  /// A request that has a return code is answered as if it had none, as TC8 wants it; else it is dropped.
+  bool processes_request_with_return_code = true;
+  ErrorType error_type = ErrorType::either;
+  /// Subscriptions to what is not there are refused with a Nack; else they may be ignored.
+  bool refuses_unknown_subscriptions = true;
+};
+
+/// How the device is started and stopped: commands of a shell. None of them: it runs already, and cases that
+/// need a restart are reported as unsupported.
+struct LifecycleProfile {
+  std::string start{};  ///< runs as long as the device does
+  std::string stop{};   ///< none: SIGTERM ends what `start` began
+  std::string restart{};
+  bool ask_operator = false;  ///< a person does it, and says when it is done
+};
+
+/// The faults that a device can be started with, for `trestle conform selftest`.
+struct FaultsProfile {
+  std::string
+      list{};  ///< prints a line for each: its name, a tab, which cases may find it, a tab, what it is
+  std::string start{};  ///< as LifecycleProfile::start, with {fault} for the name
+};
+
+struct Profile {
+  std::string file{};
+  std::string name{};
+  std::string version{};
+  IpAddress device{};
+  IpAddress tester{};
+  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
+  std::uint16_t sd_port = 30490;
+  /// The first one is what most cases talk to.
+  std::vector<ServiceProfile> services{};
+  bool ets = false;  ///< the first service has the interface of the Enhanced Testability Service
+  bool tp = false;   ///< its array echo (0x09) takes requests in segments
+  TimingProfile timing{};
+  PolicyProfile policy{};
+  LifecycleProfile lifecycle{};
+  FaultsProfile faults{};
+
+  [[nodiscard]] const ServiceProfile& service() const { return services.front(); }
+  [[nodiscard]] bool can_restart() const {
+    return !lifecycle.start.empty() || !lifecycle.restart.empty() || lifecycle.ask_operator;
+  }
+};
+
+/// Reads a profile.
+/// @param file  its name, for messages.
+/// @return the profile, or what is wrong with it, each with line and column.
+[[nodiscard]] tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::string& text,
+                                                                                  const std::string& file);
+
+/// `command` with {device}, {tester}, {multicast}, {sd_port}, {programs} (the folder of the running program)
+/// and {fault} replaced.
+[[nodiscard]] std::string filled_in(const std::string& command, const Profile& profile,
+                                    const std::string& programs, const std::string& fault = {});
+
+}  // namespace trestle::conform

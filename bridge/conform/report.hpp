@@ -1,0 +1,40 @@
+#pragma once
+#include <string>
+
+#include "bridge/cli/terminal.hpp"
+#include "bridge/conform/runner.hpp"
+
+/// Results for people and for programs.
+namespace trestle::conform {
+
+/// The version of results.json: raised when something is renamed or taken away.
+inline constexpr int results_schema = 1;
+
+/// What is said about a run in reports besides its cases.
+struct RunInfo {
+  std::string profile_file{};
+  std::string device{};
+  std::string device_version{};
+  std::string folder{};
+  Level level = Level::tc8;
+  /// The command that runs one case again, without its id.
+  std::string command{};
+};
+
+/// One line, without its end: verdict, id and title; below it, if it is no pass, why.
+[[nodiscard]] std::string case_text(const CaseResult& result, const RunInfo& info,
+                                    const cli::Colours& colours);
+/// What a case is about, for `trestle conform explain`.
+[[nodiscard]] std::string explanation(const Case& one);
+/// The last lines: how many of each verdict.
+[[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
+
+/// A document of JUnit XML, a test suite for each area.
+[[nodiscard]] std::string junit_xml(const RunResult& run, const RunInfo& info);
+/// docs/conform.md has the schema.
+[[nodiscard]] std::string results_json(const RunResult& run, const RunInfo& info);
+
+/// The first part of an id: "sd".
+[[nodiscard]] std::string area_of(const std::string& id);
+
+}  // namespace trestle::conform

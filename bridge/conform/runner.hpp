@@ -1,0 +1,48 @@
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bridge/conform/case.hpp"
+#include "bridge/conform/profile.hpp"
+#include "bridge/conform/verdict.hpp"
+
+namespace trestle::conform {
+
+/// What became of one case.
+struct CaseResult {
+  const Case* what = nullptr;
+  Attempt outcome{};  ///< of the last attempt
+  int attempts = 0;
+  std::chrono::milliseconds took{0};
+  std::string evidence{};  ///< the capture's file name within the folder; empty: nothing was written
+};
+
+/// What became of all.
+struct RunResult {
+  std::vector<CaseResult> cases{};
+  std::string started{};  ///< in UTC, "2026-01-31T12:00:00Z"
+  std::chrono::milliseconds took{0};
+
+  [[nodiscard]] std::size_t count(Verdict verdict) const;
+};
+
+struct RunOptions {
+  std::string folder{};    ///< for evidence and what the device prints; it exists
+  std::string programs{};  ///< the folder of the running program
+  std::string fault{};     ///< the device is started with it
+  bool keep_evidence = true;
+  /// Return at the first case that fails.
+  bool stop_at_failure = false;
+  std::function<void(const Case& one)> on_begin{};
+  std::function<void(const CaseResult& result)> on_end{};
+};
+
+/// Starts the device, runs the cases one after the other, and stops it.
+/// @throws std::runtime_error when the tester or the device cannot be started.
+[[nodiscard]] RunResult run_cases(const Profile& profile, const std::vector<const Case*>& cases,
+                                  const RunOptions& options);
+
+}  // namespace trestle::conform

@@ -1,0 +1,131 @@
+#include "bridge/conform/selftest.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace trestle::conform {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::istringstream in{text};
+  for (std::string part; std::getline(in, part, at);) {
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+std::string output_of(const std::string& command) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe{::popen(command.c_str(), "r"), ::pclose};
+  if (!pipe) {
+    throw std::runtime_error{"cannot run '" + command + "'"};
+  }
+  std::string all;
+  std::array<char, 4096> room{};
+  while (const std::size_t size = std::fread(room.data(), 1, room.size(), pipe.get())) {
+    all.append(room.data(), size);
+  }
+  return all;
+}
+
+FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::vector<const Case*>& chosen,
+                      const SelftestOptions& options) {
+  FaultResult result{.fault = fault};
+  std::vector<const Case*> finders;
+  std::ranges::copy_if(chosen, std::back_inserter(finders), [&](const Case* one) {
+    return std::ranges::any_of(fault.finders,
+                               [&](const std::string& text) { return conform::chosen(*one, text); });
+  });
+  const RunResult run = run_cases(
+      profile, finders,
+      {.folder = options.folder, .programs = options.programs, .fault = fault.name, .keep_evidence = false});
+  for (const CaseResult& one : run.cases) {
+    ++result.tried;
+    if (one.outcome.verdict == Verdict::fail) {
+      result.found_by.push_back(one.what->id);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<FaultRow> read_faults(const std::string& lines) {
+  std::vector<FaultRow> all;
+  for (const std::string& line : split(lines, '\n')) {
+    if (const auto fields = split(line, '\t'); fields.size() == 3) {
+      all.push_back({fields[0], split(fields[1], ','), fields[2]});
+    }
+  }
+  return all;
+}
+
+std::size_t SelftestResult::found() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(faults, [](const FaultResult& one) { return !one.found_by.empty(); }));
+}
+
+std::vector<std::string> SelftestResult::blind_cases() const {
+  std::set<std::string> failed;
+  for (const FaultResult& one : faults) {
+    failed.insert(one.found_by.begin(), one.found_by.end());
+  }
+  std::vector<std::string> blind;
+  for (const CaseResult& one : reference.cases) {
+    const Verdict verdict = one.outcome.verdict;
+    if ((verdict == Verdict::pass || verdict == Verdict::pass_nonstrict) && !failed.contains(one.what->id)) {
+      blind.push_back(one.what->id);
+    }
+  }
+  return blind;
+}
+
+SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& chosen,
+                        const SelftestOptions& options) {
+  if (profile.faults.list.empty()) {
+    throw std::runtime_error{profile.file + ": the profile has no 'faults', which a self-test needs"};
+  }
+  std::vector<FaultRow> faults =
+      read_faults(output_of(filled_in(profile.faults.list, profile, options.programs)));
+  if (!options.only_faults.empty()) {
+    std::erase_if(faults, [&](const FaultRow& one) {
+      return std::ranges::find(options.only_faults, one.name) == options.only_faults.end();
+    });
+  }
+  if (faults.empty()) {
+    throw std::runtime_error{"'" + profile.faults.list + "' lists no such faults"};
+  }
+  std::vector<const Case*> cases = chosen;
+  if (options.only_finders) {
+    std::erase_if(cases, [&](const Case* one) {
+      return std::ranges::none_of(faults, [&](const FaultRow& fault) {
+        return std::ranges::any_of(fault.finders,
+                                   [&](const std::string& text) { return conform::chosen(*one, text); });
+      });
+    });
+  }
+  SelftestResult result;
+  result.reference = run_cases(
+      profile, cases, {.folder = options.folder, .programs = options.programs, .on_end = options.on_case});
+  // A case that the device does not even pass without a fault finds nothing.
+  std::erase_if(cases, [&](const Case* one) {
+    return std::ranges::none_of(result.reference.cases, [&](const CaseResult& done) {
+      return done.what == one &&
+             (done.outcome.verdict == Verdict::pass || done.outcome.verdict == Verdict::pass_nonstrict);
+    });
+  });
+  for (const FaultRow& fault : faults) {
+    result.faults.push_back(try_fault(fault, profile, cases, options));
+    if (options.on_fault) {
+      options.on_fault(result.faults.back());
+    }
+  }
+  return result;
+}
+
+}  // namespace trestle::conform

@@ -1,0 +1,392 @@
+#include "bridge/conform/tester.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "someip/net/address_text.hpp"
+#include "someip/net/socket_calls.hpp"
+#include "someip/wire/header.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+/// Below this, a late return of poll() is what any busy machine does.
+constexpr Duration tolerated_stall = 100ms;
+
+sockaddr_in to_system(const Endpoint& endpoint) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(endpoint.port);
+  std::memcpy(&address.sin_addr, endpoint.address.bytes.data(), 4);
+  return address;
+}
+
+Endpoint from_system(const sockaddr_in& address) {
+  Endpoint endpoint;
+  std::memcpy(endpoint.address.bytes.data(), &address.sin_addr, 4);
+  endpoint.port = ntohs(address.sin_port);
+  return endpoint;
+}
+
+const sockaddr* generic(const sockaddr_in& address) {
+  return reinterpret_cast<const sockaddr*>(&address);
+}
+sockaddr* generic(sockaddr_in& address) {
+  return reinterpret_cast<sockaddr*>(&address);
+}
+
+[[noreturn]] void fail(const std::string& what) {
+  throw std::runtime_error{what + ": " + std::strerror(errno)};
+}
+
+int open_socket(int type) {
+  const int fd = ::socket(AF_INET, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) {
+    fail("cannot open a socket");
+  }
+  return fd;
+}
+
+WallTime wall_now() {
+  return std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+}
+
+}  // namespace
+
+struct Tester::Port {
+  explicit Port(int descriptor) : fd{descriptor} {}
+
+  someip::Descriptor fd;
+  Transport transport = Transport::udp;
+  bool listens = false;
+  bool closed = false;
+  Endpoint local{};
+  Endpoint peer{};                  ///< of a TCP connection
+  std::vector<std::byte> stream{};  ///< of a TCP connection: what is no whole message yet
+  std::vector<PortId> accepted{};
+};
+
+Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port)
+    : own_{own}, group_{group}, sd_port_{sd_port} {
+  const auto bound = [&](const Endpoint& local) {
+    auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM));
+    const int fd = opened->fd.get();
+    someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, local.address.is_multicast() ? 1 : 0);
+    const sockaddr_in address = to_system(local);
+    if (::bind(fd, generic(address), sizeof address) != 0) {
+      const std::string why =
+          errno == EADDRINUSE ? "another SOME/IP stack on this host has it" : std::strerror(errno);
+      throw std::runtime_error{"the tester cannot use " + someip::to_string(local) + ": " + why};
+    }
+    opened->local = local;
+    return opened;
+  };
+  auto unicast = bound(sd());
+  sockaddr_in address = to_system(sd());
+  if (::setsockopt(unicast->fd.get(), IPPROTO_IP, IP_MULTICAST_IF, &address.sin_addr,
+                   sizeof address.sin_addr) != 0) {
+    fail("no interface for multicast has the tester's address " + someip::to_string(own));
+  }
+  auto multicast = bound(sd_group());
+  ip_mreq membership{};
+  std::memcpy(&membership.imr_multiaddr, group.bytes.data(), 4);
+  membership.imr_interface = address.sin_addr;
+  if (::setsockopt(multicast->fd.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
+    fail("cannot join " + someip::to_string(group));
+  }
+  someip::set_option(multicast->fd.get(), IPPROTO_IP, IP_MULTICAST_ALL, 0);
+  sd_unicast_ = add(std::move(unicast));
+  sd_multicast_ = add(std::move(multicast));
+}
+
+Tester::~Tester() = default;
+
+Tester::Port& Tester::port(PortId id) const {
+  return *ports_.at(id);
+}
+
+PortId Tester::add(std::unique_ptr<Port> opened) {
+  someip::set_option(opened->fd.get(), SOL_SOCKET, SO_TIMESTAMPNS, 1);
+  const PortId id{next_port_++};
+  ports_.emplace(id, std::move(opened));
+  return id;
+}
+
+PortId Tester::open_udp(std::optional<Endpoint> group) {
+  auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM));
+  const int fd = opened->fd.get();
+  someip::set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, 4 << 20);
+  if (group) {
+    someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
+  }
+  sockaddr_in address = to_system(group.value_or(Endpoint{own_, 0}));
+  if (::bind(fd, generic(address), sizeof address) != 0) {
+    fail("the tester cannot open a UDP port");
+  }
+  if (group) {
+    ip_mreq membership{};
+    std::memcpy(&membership.imr_multiaddr, group->address.bytes.data(), 4);
+    std::memcpy(&membership.imr_interface, own_.bytes.data(), 4);
+    if (::setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
+      fail("cannot join " + someip::to_string(group->address));
+    }
+    someip::set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+  }
+  socklen_t size = sizeof address;
+  ::getsockname(fd, generic(address), &size);
+  opened->local = from_system(address);
+  return add(std::move(opened));
+}
+
+std::optional<PortId> Tester::connect(const Endpoint& to, Duration within) {
+  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM));
+  const int fd = opened->fd.get();
+  sockaddr_in own = to_system({own_, 0});
+  if (::bind(fd, generic(own), sizeof own) != 0) {
+    fail("the tester cannot open a TCP port");
+  }
+  someip::set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
+  const sockaddr_in address = to_system(to);
+  if (::connect(fd, generic(address), sizeof address) != 0 && errno != EINPROGRESS) {
+    return std::nullopt;
+  }
+  pollfd wait{.fd = fd, .events = POLLOUT, .revents = 0};
+  if (::poll(&wait, 1, static_cast<int>(within / 1ms)) != 1) {
+    return std::nullopt;
+  }
+  int error = 0;
+  socklen_t size = sizeof error;
+  if (::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) != 0 || error != 0) {
+    return std::nullopt;
+  }
+  size = sizeof own;
+  ::getsockname(fd, generic(own), &size);
+  opened->transport = Transport::tcp;
+  opened->local = from_system(own);
+  opened->peer = to;
+  return add(std::move(opened));
+}
+
+PortId Tester::listen() {
+  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM));
+  sockaddr_in own = to_system({own_, 0});
+  socklen_t size = sizeof own;
+  if (::bind(opened->fd.get(), generic(own), sizeof own) != 0 || ::listen(opened->fd.get(), 8) != 0 ||
+      ::getsockname(opened->fd.get(), generic(own), &size) != 0) {
+    fail("the tester cannot listen at a TCP port");
+  }
+  opened->transport = Transport::tcp;
+  opened->listens = true;
+  opened->local = from_system(own);
+  return add(std::move(opened));
+}
+
+std::vector<PortId> Tester::accepted(PortId listening) const {
+  return port(listening).accepted;
+}
+
+Endpoint Tester::local(PortId id) const {
+  return port(id).local;
+}
+
+bool Tester::is_closed(PortId connection) const {
+  return port(connection).closed;
+}
+
+void Tester::close(PortId id) {
+  ports_.erase(id);
+}
+
+void Tester::close_all() {
+  std::erase_if(ports_,
+                [this](const auto& one) { return one.first != sd_unicast_ && one.first != sd_multicast_; });
+}
+
+void Tester::send_sd(ByteView datagram, const Endpoint& to) {
+  send_from(port(sd_unicast_), datagram, to);
+}
+
+void Tester::send(PortId id, ByteView datagram, const Endpoint& to) {
+  send_from(port(id), datagram, to);
+}
+
+void Tester::send_from(const Port& from, ByteView datagram, const Endpoint& to) {
+  const sockaddr_in address = to_system(to);
+  note(true, Transport::udp, from.local, to, datagram);
+  // Errors of earlier datagrams (ICMP) come with the next call, which then has sent nothing.
+  for (int tries = 0; tries < 3; ++tries) {
+    if (::sendto(from.fd.get(), datagram.data(), datagram.size(), 0, generic(address), sizeof address) >= 0) {
+      return;
+    }
+  }
+  fail("the tester cannot send to " + someip::to_string(to));
+}
+
+void Tester::send(PortId connection, ByteView bytes) {
+  Port& to = port(connection);
+  note(true, Transport::tcp, to.local, to.peer, bytes);
+  while (!bytes.empty()) {
+    const ssize_t sent = ::send(to.fd.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent >= 0) {
+      bytes = bytes.subspan(static_cast<std::size_t>(sent));
+    } else if (errno == EAGAIN) {
+      pollfd wait{.fd = to.fd.get(), .events = POLLOUT, .revents = 0};
+      if (::poll(&wait, 1, 1000) != 1) {
+        return;  // the device does not read
+      }
+    } else {
+      to.closed = true;
+      return;
+    }
+  }
+}
+
+bool Tester::receive(Duration within, const std::function<bool()>& done) {
+  const Clock::time_point until = Clock::now() + within;
+  for (bool first = true;; first = false) {
+    std::vector<pollfd> wait;
+    std::vector<PortId> ids;
+    for (const auto& [id, one] : ports_) {
+      if (!one->closed) {
+        wait.push_back({.fd = one->fd.get(), .events = POLLIN, .revents = 0});
+        ids.push_back(id);
+      }
+    }
+    const Clock::time_point before = Clock::now();
+    const Duration left = first || until <= before ? Duration{0} : std::min<Duration>(until - before, 20ms);
+    const timespec timeout{0, static_cast<long>(left.count())};
+    const int ready = ::ppoll(wait.data(), wait.size(), &timeout, nullptr);
+    const Clock::time_point after = Clock::now();
+    if (after - before > left + tolerated_stall) {
+      stalled_ = std::max<Duration>(stalled_, after - before - left);
+    }
+    if (ready > 0) {
+      const std::size_t known = packets_.size();
+      bool ended = false;
+      for (std::size_t at = 0; at < wait.size(); ++at) {
+        if (wait[at].revents != 0) {
+          read(ids[at]);
+          ended = ended || port(ids[at]).closed || port(ids[at]).listens;
+        }
+      }
+      if ((ended || packets_.size() > known) && done()) {
+        return true;
+      }
+    } else if (after >= until && !first) {
+      return false;
+    }
+    if (first && done()) {
+      return true;
+    }
+  }
+}
+
+void Tester::read(PortId id) {
+  Port& from = port(id);
+  if (from.listens) {
+    accept(id);
+  } else if (from.transport == Transport::tcp) {
+    read_stream(from);
+  } else {
+    read_datagrams(from);
+  }
+}
+
+void Tester::read_datagrams(Port& from) {
+  std::vector<std::byte> room(65'536);
+  for (int count = 0; count < 256; ++count) {
+    sockaddr_in sender{};
+    alignas(cmsghdr) std::array<char, 128> control{};
+    iovec part{room.data(), room.size()};
+    msghdr message{};
+    message.msg_name = &sender;
+    message.msg_namelen = sizeof sender;
+    message.msg_iov = &part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    const ssize_t size = ::recvmsg(from.fd.get(), &message, 0);
+    if (size < 0) {
+      if (errno == EAGAIN || errno == EWOULDBLOCK) {
+        return;
+      }
+      continue;  // an ICMP error
+    }
+    const Endpoint source = from_system(sender);
+    // Multicast comes back to its sender.
+    if (source.address == own_) {
+      continue;
+    }
+    Packet& packet =
+        note(false, Transport::udp, source, from.local, ByteView{room}.first(static_cast<std::size_t>(size)));
+    for (cmsghdr* one = CMSG_FIRSTHDR(&message); one != nullptr; one = CMSG_NXTHDR(&message, one)) {
+      if (one->cmsg_level == SOL_SOCKET && one->cmsg_type == SCM_TIMESTAMPNS) {
+        timespec time{};
+        std::memcpy(&time, CMSG_DATA(one), sizeof time);
+        packet.time = WallTime{std::chrono::seconds{time.tv_sec} + std::chrono::nanoseconds{time.tv_nsec}};
+      }
+    }
+  }
+}
+
+void Tester::read_stream(Port& from) {
+  std::array<std::byte, 65'536> room;
+  const ssize_t size = ::recv(from.fd.get(), room.data(), room.size(), 0);
+  if (size > 0) {
+    from.stream.insert(from.stream.end(), room.begin(), room.begin() + size);
+  } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) {
+    from.closed = true;
+  }
+  ByteView rest{from.stream};
+  while (const auto message = someip::decode(rest)) {
+    note(false, Transport::tcp, from.peer, from.local, rest.first(message->size()));
+    rest = rest.subspan(message->size());
+  }
+  from.stream.assign(rest.begin(), rest.end());
+}
+
+void Tester::accept(PortId id) {
+  sockaddr_in peer{};
+  socklen_t size = sizeof peer;
+  const int fd = ::accept4(port(id).fd.get(), generic(peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (fd < 0) {
+    return;
+  }
+  auto opened = std::make_unique<Port>(fd);
+  opened->transport = Transport::tcp;
+  opened->local = port(id).local;
+  opened->peer = from_system(peer);
+  port(id).accepted.push_back(add(std::move(opened)));
+}
+
+Packet& Tester::note(bool sent, Transport transport, const Endpoint& from, const Endpoint& to,
+                     ByteView bytes) {
+  return packets_.emplace_back(Packet{.number = packets_.size() + 1,
+                                      .time = wall_now(),
+                                      .sent = sent,
+                                      .transport = transport,
+                                      .from = from,
+                                      .to = to,
+                                      .bytes = {bytes.begin(), bytes.end()}});
+}
+
+void Tester::forget() {
+  receive_now();
+  packets_.clear();
+  stalled_ = Duration{0};
+}
+
+}  // namespace trestle::conform

@@ -1,0 +1,91 @@
+#pragma once
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/conform/packet.hpp"
+
+/// The tester's own sockets. It knows the wire format only: no session is counted, no request is answered,
+/// nothing is sent that a case did not ask for.
+namespace trestle::conform {
+
+/// A UDP port, or one end of a TCP connection.
+enum class PortId : std::uint32_t {};
+
+class Tester {
+ public:
+  /// Opens the two sockets of service discovery.
+  /// @throws std::runtime_error when that is not possible: what() says why, and what to do.
+  Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port);
+  ~Tester();
+  Tester(const Tester&) = delete;
+  Tester& operator=(const Tester&) = delete;
+
+  [[nodiscard]] Endpoint sd() const noexcept { return {own_, sd_port_}; }
+  [[nodiscard]] Endpoint sd_group() const noexcept { return {group_, sd_port_}; }
+
+  /// A UDP port of its own, which the system chooses; for a multicast group: joined, at that port.
+  PortId open_udp(std::optional<Endpoint> group = {});
+  /// Connects within the time; nothing: it was refused, or nobody answered.
+  std::optional<PortId> connect(const Endpoint& to, Duration within);
+  /// Waits for connections at a port that the system chooses; those that come get ids of their own,
+  /// accepted().
+  PortId listen();
+  [[nodiscard]] std::vector<PortId> accepted(PortId listening) const;
+  [[nodiscard]] Endpoint local(PortId port) const;
+  /// Whether the peer has ended this TCP connection.
+  [[nodiscard]] bool is_closed(PortId connection) const;
+  void close(PortId port);
+  /// All but those of service discovery.
+  void close_all();
+
+  /// From the port of service discovery, to a host or the group.
+  void send_sd(ByteView datagram, const Endpoint& to);
+  void send(PortId port, ByteView datagram, const Endpoint& to);
+  /// On a TCP connection. Bytes that are no whole message go, too.
+  void send(PortId connection, ByteView bytes);
+
+  /// Receives until the time is up, or `done` is true after something came. Whatever waits already is taken
+  /// first.
+  /// @return whether `done` was.
+  bool receive(Duration within, const std::function<bool()>& done);
+  /// Takes what has come by now.
+  void receive_now() {
+    receive(Duration{0}, [] { return false; });
+  }
+
+  /// All that was sent and received since forget(); addresses stay.
+  [[nodiscard]] std::deque<Packet>& packets() noexcept { return packets_; }
+  void forget();
+
+  /// The longest time that this program did not run although it wanted to, since forget().
+  [[nodiscard]] Duration stalled() const noexcept { return stalled_; }
+
+ private:
+  struct Port;
+
+  Port& port(PortId id) const;
+  PortId add(std::unique_ptr<Port> port);
+  Packet& note(bool sent, Transport transport, const Endpoint& from, const Endpoint& to, ByteView bytes);
+  void read(PortId id);
+  void read_datagrams(Port& from);
+  void read_stream(Port& from);
+  void accept(PortId id);
+  void send_from(const Port& from, ByteView datagram, const Endpoint& to);
+
+  IpAddress own_;
+  IpAddress group_;
+  std::uint16_t sd_port_;
+  std::map<PortId, std::unique_ptr<Port>> ports_;
+  std::uint32_t next_port_ = 0;
+  PortId sd_unicast_{};
+  PortId sd_multicast_{};
+  std::deque<Packet> packets_;
+  Duration stalled_{0};
+};
+
+}  // namespace trestle::conform

@@ -1,0 +1,557 @@
+#include "bridge/conform/trial.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "bridge/conform/device.hpp"
+#include "bridge/documents/hex_line.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using someip::MessageType;
+using someip::ReturnCode;
+
+constexpr int tries = 3;
+/// After a device has answered something later, an answer to something before may still be on its way for
+/// this long.
+constexpr Duration settling = 30ms;
+
+bool is_sd_port(const Packet& packet, const Tester& tester) {
+  return packet.to == tester.sd() || packet.to == tester.sd_group();
+}
+
+}  // namespace
+
+std::string hex(ByteView bytes) {
+  std::string all;
+  for (const std::byte one : bytes.first(std::min<std::size_t>(bytes.size(), 32))) {
+    all += fmt::format("{}{:02x}", all.empty() ? "" : " ", std::to_integer<unsigned>(one));
+  }
+  return all + (bytes.size() > 32 ? fmt::format(" ... ({} bytes)", bytes.size()) : "");
+}
+
+std::vector<sd::Option> SeenEntry::options() const {
+  std::vector<sd::Option> all;
+  for (std::size_t position = 0; position < entry.option_count(); ++position) {
+    if (const auto option = message.option_of(entry, position)) {
+      all.push_back(*option);
+    }
+  }
+  return all;
+}
+
+std::vector<sd::EndpointOption> SeenEntry::endpoints(sd::EndpointRole role) const {
+  std::vector<sd::EndpointOption> all;
+  for (const sd::Option& option : options()) {
+    if (const auto endpoint = sd::EndpointOption::decode(option); endpoint && endpoint->role == role) {
+      all.push_back(*endpoint);
+    }
+  }
+  return all;
+}
+
+SdSessions::Next SdSessions::next(const Endpoint& to) {
+  Relation& relation = relations_[to];
+  if (++relation.session == 0) {
+    relation.session = 1;
+    relation.wrapped = true;
+  }
+  return {someip::SessionId{relation.session}, !relation.wrapped};
+}
+
+Trial::Trial(const Profile& the_profile, Tester& the_tester, Device& the_device, SdSessions& the_sessions)
+    : profile{the_profile},
+      tester{the_tester},
+      device{the_device},
+      sessions{the_sessions},
+      requests_{the_profile.service().request && the_profile.service().udp_port} {}
+
+// --- Judging ----------------------------------------------------------------------------------------------
+
+void Trial::comment(Packet* packet, const std::string& text) {
+  if (packet != nullptr) {
+    packet->comment += (packet->comment.empty() ? "" : "; ") + text;
+  }
+}
+
+void Trial::different(const std::string& field, const std::string& expected, const std::string& actual,
+                      Packet* packet) {
+  differences_.push_back({field, expected, actual, packet == nullptr ? 0 : packet->number});
+  comment(packet, fmt::format("OFFENDING: {} is {}, expected {}", field, actual, expected));
+}
+
+void Trial::fail(const std::string& reason, Packet* packet) {
+  comment(packet, "OFFENDING: " + reason);
+  throw Ended{Verdict::fail, reason};
+}
+
+void Trial::unsupported(const std::string& reason) {
+  throw Ended{Verdict::unsupported, reason};
+}
+
+void Trial::inconclusive(const std::string& reason) {
+  throw Ended{Verdict::inconclusive, reason};
+}
+
+Attempt Trial::attempt() const {
+  Attempt attempt{.differences = differences_, .stalled = tester.stalled() > Duration{0}};
+  if (!differences_.empty()) {
+    const Difference& first = differences_.front();
+    attempt.verdict = Verdict::fail;
+    attempt.reason = fmt::format("{} is {}, expected {}", first.field, first.actual, first.expected);
+  } else if (!nonstrict_.empty()) {
+    attempt.verdict = Verdict::pass_nonstrict;
+    attempt.reason = nonstrict_;
+  }
+  return attempt;
+}
+
+// --- Service discovery ------------------------------------------------------------------------------------
+
+std::vector<SeenEntry> Trial::entries_since(std::size_t since, const EntryIs& wanted) {
+  std::vector<SeenEntry> all;
+  for (std::size_t at = since; at < tester.packets().size(); ++at) {
+    Packet& packet = tester.packets()[at];
+    if (packet.sent || packet.from.address != profile.device || !is_sd_port(packet, tester)) {
+      continue;
+    }
+    for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {
+      // Message ID alone: what else is wrong in the header, a case is to find.
+      if (value(message->header.service) != 0xffff || value(message->header.method) != 0x8100) {
+        continue;
+      }
+      const auto decoded = sd::decode(message->payload);
+      for (std::size_t index = 0; decoded && index < decoded->entry_count(); ++index) {
+        SeenEntry seen{&packet, message->header, *decoded, decoded->entry(index)};
+        if (wanted(seen)) {
+          all.push_back(std::move(seen));
+        }
+      }
+    }
+  }
+  return all;
+}
+
+std::optional<SeenEntry> Trial::await_entry(std::size_t since, Duration within, const EntryIs& wanted) {
+  std::vector<SeenEntry> found;
+  tester.receive(within, [&] {
+    found = entries_since(since, wanted);
+    return !found.empty();
+  });
+  return found.empty() ? std::nullopt : std::optional{found.front()};
+}
+
+void Trial::send_sd(const SdStimulus& stimulus, bool multicast, const char* what) {
+  const Endpoint to = multicast ? tester.sd_group() : Endpoint{profile.device, profile.sd_port};
+  const SdSessions::Next next = sessions.next(to);
+  tester.send_sd(stimulus.encode(next.session, next.reboot), to);
+  comment(&tester.packets().back(), what);
+}
+
+Trial::EntryIs Trial::is_offer(const ServiceProfile& service) {
+  return [&service](const SeenEntry& seen) {
+    return seen.entry.kind() == sd::EntryKind::offer_service && seen.entry.service == service.service &&
+           seen.entry.instance == service.instance;
+  };
+}
+
+sd::Entry Trial::find_entry(const ServiceProfile& service) {
+  return {.type = sd::EntryType::find_service,
+          .service = service.service,
+          .instance = service.instance,
+          .major = sd::any_major,
+          .ttl_s = 3,
+          .tail = sd::any_minor};
+}
+
+SeenEntry Trial::offer(const ServiceProfile& service) {
+  if (const auto cycle = profile.timing.cyclic_offer_delay; cycle && *cycle <= 5s) {
+    const std::size_t since = now();
+    if (auto seen = await_entry(since, 3 * *cycle + profile.timing.answer_within, is_offer(service))) {
+      comment(seen->packet, "the offer");
+      return *seen;
+    }
+    fail(fmt::format("no offer of service {:#06x} instance {:#06x} in three cycles", value(service.service),
+                     value(service.instance)));
+  }
+  return answer_to_find(find_entry(service), true, service);
+}
+
+SeenEntry Trial::answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
+                                std::uint8_t flags) {
+  const std::size_t since = now();
+  for (int count = 0; count < tries; ++count) {
+    send_sd({.entries = {find}, .flags = flags}, multicast, "FindService");
+    if (auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
+          // A cyclic offer at the same moment is no answer; it is by multicast, and answers are not.
+          return is_offer(service)(one) &&
+                 (one.packet->to == tester.sd() || profile.policy.multicast_find_answers);
+        })) {
+      comment(seen->packet, "the answer");
+      return *seen;
+    }
+  }
+  fail("no offer in answer to FindService");
+}
+
+const EventgroupProfile& Trial::eventgroup(bool (*is_one)(const EventgroupProfile&)) {
+  const auto& groups = profile.service().eventgroups;
+  const auto found = std::ranges::find_if(groups, is_one);
+  if (found == groups.end()) {
+    unsupported("no such eventgroup in the profile");
+  }
+  return *found;
+}
+
+SdStimulus Trial::subscribe(const ServiceProfile& service, someip::EventgroupId group,
+                            std::vector<Bytes> endpoints, std::uint32_t ttl_s, std::uint8_t counter) {
+  SdStimulus stimulus;
+  stimulus.entries = {{.type = sd::EntryType::subscribe_eventgroup,
+                       .first_run = {.index = 0, .count = static_cast<std::uint8_t>(endpoints.size())},
+                       .service = service.service,
+                       .instance = service.instance,
+                       .major = service.major,
+                       .ttl_s = ttl_s,
+                       .tail = sd::Entry::eventgroup_tail(group, counter, false)}};
+  stimulus.options = std::move(endpoints);
+  // Whoever sets the flag for explicit initial data gets initial values only where the entry asks for them.
+  stimulus.flags = sd::unicast_flag;
+  return stimulus;
+}
+
+Bytes Trial::own_endpoint() {
+  return endpoint_option(tester.local(udp()), Transport::udp);
+}
+
+SdStimulus Trial::subscribe(const EventgroupProfile& group, std::uint32_t ttl_s) {
+  return subscribe(profile.service(), group.id, {own_endpoint()}, ttl_s);
+}
+
+Trial::EntryIs Trial::is_answer_to(const sd::Entry& subscribe) {
+  return [subscribe](const SeenEntry& seen) {
+    return seen.entry.type == sd::EntryType::subscribe_eventgroup_ack &&
+           seen.entry.service == subscribe.service && seen.entry.instance == subscribe.instance &&
+           seen.entry.eventgroup() == subscribe.eventgroup();
+  };
+}
+
+SeenEntry Trial::answer_to(const SdStimulus& stimulus) {
+  subscriptions_.push_back(stimulus);
+  const std::size_t since = now();
+  for (int count = 0; count < tries; ++count) {
+    send_sd(stimulus);
+    // Where the ids of the answer are wrong, a case wants to say so; only the type has to be right.
+    if (auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
+          return one.entry.type == sd::EntryType::subscribe_eventgroup_ack;
+        })) {
+      comment(seen->packet, "the answer");
+      return *seen;
+    }
+  }
+  fail("no answer to SubscribeEventgroup");
+}
+
+SeenEntry Trial::acknowledged(const SdStimulus& stimulus) {
+  SeenEntry seen = answer_to(stimulus);
+  if (seen.entry.ttl_s == 0) {
+    fail("the subscription is refused (SubscribeEventgroupNack)", seen.packet);
+  }
+  if (!is_answer_to(stimulus.entries.front())(seen)) {
+    fail("the acknowledgement is of another eventgroup, service or instance", seen.packet);
+  }
+  return seen;
+}
+
+std::optional<SeenEntry> Trial::not_acknowledged(const SdStimulus& stimulus) {
+  subscriptions_.push_back(stimulus);
+  const std::size_t since = now();
+  send_sd(stimulus);
+  pass();
+  const auto answers = entries_since(since, [](const SeenEntry& seen) {
+    return seen.entry.type == sd::EntryType::subscribe_eventgroup_ack;
+  });
+  for (const SeenEntry& seen : answers) {
+    require(seen.entry.ttl_s == 0, "answer", "SubscribeEventgroupNack, or none", "SubscribeEventgroupAck",
+            seen.packet);
+  }
+  return answers.empty() ? std::nullopt : std::optional{answers.front()};
+}
+
+void Trial::unsubscribe(SdStimulus stimulus) {
+  for (sd::Entry& entry : stimulus.entries) {
+    entry.ttl_s = 0;
+  }
+  send_sd(stimulus, false, "StopSubscribeEventgroup");
+}
+
+// --- Calls and events -------------------------------------------------------------------------------------
+
+PortId Trial::udp() {
+  if (!udp_) {
+    udp_ = tester.open_udp();
+  }
+  return *udp_;
+}
+
+PortId Trial::tcp() {
+  if (!tcp_ || tester.is_closed(*tcp_)) {
+    tcp_ = tester.connect(tcp_of(profile.service()), profile.timing.answer_within);
+    if (!tcp_) {
+      fail("no TCP connection to the offered port");
+    }
+  }
+  return *tcp_;
+}
+
+Endpoint Trial::udp_of(const ServiceProfile& service) const {
+  return {profile.device, service.udp_port.value_or(0)};
+}
+
+Endpoint Trial::tcp_of(const ServiceProfile& service) const {
+  return {profile.device, service.tcp_port.value_or(0)};
+}
+
+Call Trial::request(const ServiceProfile& service) const {
+  Call call{.service = service.service, .interface_version = service.major};
+  if (service.request) {
+    call.method = service.request->method;
+    call.payload = service.request->payload;
+  }
+  return call;
+}
+
+Call Trial::call(someip::MethodId method, Bytes payload) const {
+  return {.service = profile.service().service,
+          .method = method,
+          .payload = std::move(payload),
+          .interface_version = profile.service().major};
+}
+
+Call Trial::send(Call call) {
+  const bool over_tcp = call.transport == Transport::tcp;
+  return send(std::move(call), over_tcp ? tcp_of(profile.service()) : udp_of(profile.service()),
+              over_tcp ? tcp() : udp());
+}
+
+Call Trial::send(Call call, const Endpoint& to, PortId from) {
+  if (call.session == someip::SessionId{}) {
+    session_ = session_ == 0xffff ? std::uint16_t{1} : static_cast<std::uint16_t>(session_ + 1);
+    call.session = someip::SessionId{session_};
+  }
+  if (call.transport == Transport::tcp) {
+    tester.send(from, call.encode());
+  } else {
+    tester.send(from, call.encode(), to);
+  }
+  comment(&tester.packets().back(), "stimulus");
+  return call;
+}
+
+std::vector<SeenMessage> Trial::messages_since(std::size_t since, const MessageIs& wanted) {
+  std::vector<SeenMessage> all;
+  for (std::size_t at = since; at < tester.packets().size(); ++at) {
+    Packet& packet = tester.packets()[at];
+    if (packet.sent || packet.from.address != profile.device || is_sd_port(packet, tester)) {
+      continue;
+    }
+    for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {
+      const SeenMessage seen{&packet, *message};
+      if (wanted(seen)) {
+        all.push_back(seen);
+      }
+    }
+  }
+  return all;
+}
+
+std::optional<SeenMessage> Trial::await_message(std::size_t since, Duration within, const MessageIs& wanted) {
+  std::vector<SeenMessage> found;
+  tester.receive(within, [&] {
+    found = messages_since(since, wanted);
+    return !found.empty();
+  });
+  return found.empty() ? std::nullopt : std::optional{found.front()};
+}
+
+Trial::MessageIs Trial::is_answer_to(const Call& call) {
+  return [call](const SeenMessage& seen) {
+    const auto type = someip::without_tp(seen.message.header.type);
+    return seen.message.header.client == call.client && seen.message.header.session == call.session &&
+           (type == MessageType::response || type == MessageType::error);
+  };
+}
+
+Trial::MessageIs Trial::is_event(someip::MethodId event) const {
+  return [event, service = profile.service().service](const SeenMessage& seen) {
+    return seen.message.header.service == service && seen.message.header.method == event &&
+           someip::without_tp(seen.message.header.type) == MessageType::notification;
+  };
+}
+
+SeenMessage Trial::answer_to(Call call) {
+  const std::size_t since = now();
+  const int most = call.transport == Transport::tcp ? 1 : tries;
+  for (int count = 0; count < most; ++count) {
+    const Call sent = send(call);
+    // An answer with a wrong Request ID is an answer, too: the port is this trial's own.
+    if (auto seen = await_message(since, profile.timing.answer_within, [&](const SeenMessage& one) {
+          return is_answer_to(sent)(one) || (one.message.header.type != MessageType::notification &&
+                                             one.message.header.service == call.service);
+        })) {
+      comment(seen->packet, "the answer");
+      equal("Client ID", value(sent.client), value(seen->message.header.client), seen->packet);
+      equal("Session ID", value(sent.session), value(seen->message.header.session), seen->packet);
+      return *seen;
+    }
+  }
+  fail("no answer to the request");
+}
+
+SeenMessage Trial::good_answer_to(const Call& call) {
+  const SeenMessage seen = answer_to(call);
+  const someip::Header& header = seen.message.header;
+  equal("Message Type", MessageType::response, someip::without_tp(header.type), seen.packet);
+  equal("Return Code", ReturnCode::ok, header.return_code, seen.packet);
+  equal("Service ID", value(call.service), value(header.service), seen.packet);
+  equal("Method ID", value(call.method), value(header.method), seen.packet);
+  equal("Protocol Version", someip::protocol_version, header.protocol, seen.packet);
+  equal("Interface Version", call.interface_version, header.interface_version, seen.packet);
+  return seen;
+}
+
+SeenMessage Trial::error_answer_to(const Call& call, std::optional<ReturnCode> code) {
+  const SeenMessage seen = answer_to(call);
+  const someip::Header& header = seen.message.header;
+  const ErrorType wanted = profile.policy.error_type;
+  const bool good_type = (header.type == MessageType::response && wanted != ErrorType::error) ||
+                         (header.type == MessageType::error && wanted != ErrorType::response);
+  require(good_type, "Message Type", "that of an error", text(header.type), seen.packet);
+  require(header.return_code != ReturnCode::ok, "Return Code", "an error", text(header.return_code),
+          seen.packet);
+  if (code) {
+    equal("Return Code", *code, header.return_code, seen.packet);
+  }
+  return seen;
+}
+
+std::optional<SeenMessage> Trial::not_served(const Call& call) {
+  const std::size_t since = now();
+  const Call sent = send(call);
+  pass();
+  const auto answers = messages_since(since, is_answer_to(sent));
+  for (const SeenMessage& seen : answers) {
+    require(
+        seen.message.header.return_code != ReturnCode::ok || seen.message.header.type == MessageType::error,
+        "answer", "an error, or none", "a response with E_OK", seen.packet);
+  }
+  return answers.empty() ? std::nullopt : std::optional{answers.front()};
+}
+
+void Trial::not_answered(const Call& call) {
+  const std::size_t since = now();
+  const Call sent = send(call);
+  pass();
+  for (const SeenMessage& seen : messages_since(since, is_answer_to(sent))) {
+    different("answer", "none",
+              text(seen.message.header.type) + " with code " + text(seen.message.header.return_code),
+              seen.packet);
+  }
+}
+
+void Trial::send_bytes(ByteView datagram) {
+  tester.send(udp(), datagram, udp_of(profile.service()));
+  comment(&tester.packets().back(), "stimulus");
+}
+
+void Trial::pass() {
+  if (!alive()) {
+    fail("the device does not answer any more");
+  }
+  tester.receive(settling, [] { return false; });
+}
+
+SeenMessage Trial::event(someip::MethodId event, std::size_t since) {
+  if (auto seen = await_message(since, profile.timing.answer_within * 2, is_event(event))) {
+    comment(seen->packet, "the event");
+    return *seen;
+  }
+  fail(fmt::format("event {:#06x} does not come", value(event)));
+}
+
+bool Trial::answers_find() {
+  for (int count = 0; count < tries; ++count) {
+    const std::size_t since = now();
+    send_sd({.entries = {find_entry(profile.service())}}, false, "check: is the device there?");
+    // By an offer of anything: which fields are right is for the cases.
+    if (await_entry(since, profile.timing.answer_within,
+                    [this](const SeenEntry& seen) { return seen.packet->to == tester.sd(); })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Trial::answers_request() {
+  for (int count = 0; count < tries; ++count) {
+    const std::size_t since = now();
+    Call check = request();
+    check.client = someip::ClientId{0x5aff};
+    check = send(check);
+    tester.packets().back().comment = "check: is the device there?";
+    if (await_message(since, profile.timing.answer_within, [&](const SeenMessage& seen) {
+          return seen.message.header.service == check.service || is_answer_to(check)(seen);
+        })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Trial::is_there() {
+  finds_ = answers_find();
+  requests_ = requests_ && answers_request();
+  return finds_ || requests_;
+}
+
+bool Trial::alive() {
+  return (!finds_ || answers_find()) && (!requests_ || answers_request());
+}
+
+void Trial::close_ports() {
+  tester.close_all();
+  udp_.reset();
+  tcp_.reset();
+}
+
+void Trial::clean_up() {
+  for (const SdStimulus& subscription : subscriptions_) {
+    if (!subscription.length && !subscription.entries_length && !subscription.options_length) {
+      unsubscribe(subscription);
+    }
+  }
+  subscriptions_.clear();
+  close_ports();
+}
+
+std::size_t Trial::restart(bool at_once) {
+  std::size_t since = now();
+  if (profile.lifecycle.restart.empty() && !profile.lifecycle.ask_operator) {
+    device.stop(at_once);
+    since = now();  // what it said before is of its life before
+    device.start();
+  } else {
+    device.restart(at_once);
+  }
+  if (!await_entry(since, profile.timing.ready_within, [&](const SeenEntry& seen) {
+        return is_offer(profile.service())(seen) && seen.header.session == someip::SessionId{1};
+      })) {
+    if (entries_since(since, is_offer(profile.service())).empty()) {
+      fail("the device does not offer its service after it was started");
+    }
+  }
+  return since;
+}
+
+}  // namespace trestle::conform

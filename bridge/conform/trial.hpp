@@ -1,0 +1,247 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/conform/profile.hpp"
+#include "bridge/conform/stimulus.hpp"
+#include "bridge/conform/tester.hpp"
+#include "bridge/conform/verdict.hpp"
+
+namespace trestle::conform {
+
+class Device;
+
+/// What ends a case before its last line.
+struct Ended {
+  Verdict verdict{};
+  std::string reason;
+};
+
+/// An entry of a received SD message. The views in `message` live as long as the packet.
+struct SeenEntry {
+  Packet* packet = nullptr;
+  someip::Header header{};
+  sd::SdMessage message{};
+  sd::Entry entry{};
+
+  /// The options that the entry refers to.
+  [[nodiscard]] std::vector<sd::Option> options() const;
+  /// Those that are endpoints, of one role.
+  [[nodiscard]] std::vector<sd::EndpointOption> endpoints(
+      sd::EndpointRole role = sd::EndpointRole::unicast) const;
+};
+
+/// A received message that is none of service discovery.
+struct SeenMessage {
+  Packet* packet = nullptr;
+  someip::Message message{};
+};
+
+/// The tester's numbers of SD messages, which go on from case to case.
+class SdSessions {
+ public:
+  struct Next {
+    someip::SessionId session{};
+    bool reboot = true;
+  };
+  Next next(const Endpoint& to);
+  /// The tester seems to have been restarted.
+  void reboot() { relations_.clear(); }
+
+ private:
+  struct Relation {
+    std::uint16_t session = 0;
+    bool wrapped = false;
+  };
+  std::map<Endpoint, Relation> relations_;
+};
+
+/// What a case is given: one attempt at it.
+class Trial {
+ public:
+  Trial(const Profile& profile, Tester& tester, Device& device, SdSessions& sessions);
+
+  const Profile& profile;
+  Tester& tester;
+  Device& device;
+  SdSessions& sessions;
+
+  // --- Judging --------------------------------------------------------------------------------------------
+
+  /// Notes a difference, and goes on.
+  template <typename Expected, typename Actual>
+  void equal(const char* field, const Expected& expected, const Actual& actual, Packet* packet) {
+    if (!(expected == actual)) {
+      different(field, text(expected), text(actual), packet);
+    }
+  }
+  void different(const std::string& field, const std::string& expected, const std::string& actual,
+                 Packet* packet);
+  /// Notes one unless this is true.
+  void require(bool is_so, const char* field, const std::string& expected, const std::string& actual,
+               Packet* packet) {
+    if (!is_so) {
+      different(field, expected, actual, packet);
+    }
+  }
+  /// Ends the case.
+  [[noreturn]] void fail(const std::string& reason, Packet* packet = nullptr);
+  [[noreturn]] void unsupported(const std::string& reason);
+  [[noreturn]] void inconclusive(const std::string& reason);
+  /// What was done is allowed; the verdict says that it was not what was hoped for.
+  void nonstrict(const std::string& reason) { nonstrict_ = reason; }
+  /// Of a packet in the evidence.
+  static void comment(Packet* packet, const std::string& text);
+
+  /// What the case has shown so far.
+  [[nodiscard]] Attempt attempt() const;
+
+  // --- Service discovery ----------------------------------------------------------------------------------
+
+  /// A place in what was received: what comes later than this moment.
+  [[nodiscard]] std::size_t now() {
+    tester.receive_now();
+    return tester.packets().size();
+  }
+  using EntryIs = std::function<bool(const SeenEntry& seen)>;
+  /// The entries that the device sent since then.
+  [[nodiscard]] std::vector<SeenEntry> entries_since(std::size_t since, const EntryIs& wanted);
+  [[nodiscard]] std::optional<SeenEntry> await_entry(std::size_t since, Duration within,
+                                                     const EntryIs& wanted);
+
+  void send_sd(const SdStimulus& stimulus, bool multicast = false, const char* what = "stimulus");
+
+  [[nodiscard]] static EntryIs is_offer(const ServiceProfile& service);
+  [[nodiscard]] static sd::Entry find_entry(const ServiceProfile& service);
+  /// An offer of the service that the device sends by itself; where it does not, the answer to a Find. Ends
+  /// the case when there is none.
+  SeenEntry offer(const ServiceProfile& service);
+  SeenEntry offer() { return offer(profile.service()); }
+  /// The answer to a Find, which is sent up to three times.
+  SeenEntry answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
+                           std::uint8_t flags = sd::unicast_flag | sd::explicit_initial_data_flag);
+
+  /// The first eventgroup of the first service of which this is true; ends the case when there is none.
+  const EventgroupProfile& eventgroup(bool (*is_one)(const EventgroupProfile&));
+  /// One over UDP.
+  const EventgroupProfile& eventgroup() {
+    return eventgroup([](const EventgroupProfile& group) { return !group.tcp; });
+  }
+
+  /// A Subscribe, all right, with `endpoints`.
+  [[nodiscard]] SdStimulus subscribe(const ServiceProfile& service, someip::EventgroupId group,
+                                     std::vector<Bytes> endpoints, std::uint32_t ttl_s = 30,
+                                     std::uint8_t counter = 0);
+  /// The same of the first service, to our own UDP port.
+  [[nodiscard]] SdStimulus subscribe(const EventgroupProfile& group, std::uint32_t ttl_s = 30);
+  /// The option that names our UDP port.
+  [[nodiscard]] Bytes own_endpoint();
+  /// Whether an entry answers this one: Ack or Nack.
+  [[nodiscard]] static EntryIs is_answer_to(const sd::Entry& subscribe);
+  /// Sends a Subscribe up to three times. Ends the case when there is no answer.
+  SeenEntry answer_to(const SdStimulus& stimulus);
+  /// The same, and ends the case when that is no Ack.
+  SeenEntry acknowledged(const SdStimulus& stimulus);
+  /// Sends a Subscribe that must not be acknowledged, and shows that the device has passed it. A Nack is
+  /// noted.
+  /// @return the Nack; nothing: it was ignored.
+  std::optional<SeenEntry> not_acknowledged(const SdStimulus& stimulus);
+  /// Ends a subscription that was made before.
+  void unsubscribe(SdStimulus stimulus);
+
+  // --- Calls and events -----------------------------------------------------------------------------------
+
+  /// Our UDP port: opened when first asked for.
+  PortId udp();
+  /// A connection to the first service. Ends the case when it cannot be made.
+  PortId tcp();
+  [[nodiscard]] Endpoint udp_of(const ServiceProfile& service) const;
+  [[nodiscard]] Endpoint tcp_of(const ServiceProfile& service) const;
+
+  /// The request of the profile.
+  [[nodiscard]] Call request() const { return request(profile.service()); }
+  [[nodiscard]] Call request(const ServiceProfile& service) const;
+  /// A method of the first service.
+  [[nodiscard]] Call call(someip::MethodId method, Bytes payload = {}) const;
+  /// Sends without waiting.
+  /// @return the request as it went, with its session.
+  Call send(Call call);
+  Call send(Call call, const Endpoint& to, PortId from);
+
+  using MessageIs = std::function<bool(const SeenMessage& seen)>;
+  [[nodiscard]] std::vector<SeenMessage> messages_since(std::size_t since, const MessageIs& wanted);
+  [[nodiscard]] std::optional<SeenMessage> await_message(std::size_t since, Duration within,
+                                                         const MessageIs& wanted);
+  /// A response or error with the Request ID of `call`.
+  [[nodiscard]] static MessageIs is_answer_to(const Call& call);
+  /// A notification of the first service.
+  [[nodiscard]] MessageIs is_event(someip::MethodId event) const;
+
+  /// Sends a request, over UDP up to three times. Ends the case when it is not answered.
+  SeenMessage answer_to(Call call);
+  /// The same, and notes everything that is not as in a good response.
+  SeenMessage good_answer_to(const Call& call);
+  /// The same for an error.
+  SeenMessage error_answer_to(const Call& call, std::optional<someip::ReturnCode> code = {});
+  /// Sends what must not be answered with success, and shows that the device has passed it.
+  /// @return the error that came; nothing: it was ignored.
+  std::optional<SeenMessage> not_served(const Call& call);
+  /// Sends what must not be answered at all.
+  void not_answered(const Call& call);
+  /// Sends bytes from our UDP port to the first service.
+  void send_bytes(ByteView datagram);
+  /// Asks the device something, so that all that was sent before has been dealt with when it answers. Ends
+  /// the case when it does not answer.
+  void pass();
+
+  /// The event, or the case ends.
+  SeenMessage event(someip::MethodId event, std::size_t since);
+
+  /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one.
+  /// Each way in which it does is what alive() asks for from then on.
+  bool is_there();
+  bool alive();
+  /// Ours, UDP and TCP: next time there are new ones.
+  void close_ports();
+  /// Ends all subscriptions that this trial has made, and closes its ports.
+  void clean_up();
+  /// Waits until the device offers its first service, from its start.
+  /// @return the place in what was received where the restart began.
+  std::size_t restart(bool at_once = false);
+
+ private:
+  template <typename T>
+  static std::string text(const T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      return value ? "yes" : "no";
+    } else if constexpr (std::is_enum_v<T>) {
+      return fmt::format("{:#04x}", static_cast<unsigned>(value));
+    } else if constexpr (std::is_integral_v<T>) {
+      return fmt::format("{} ({:#x})", value, value);
+    } else {
+      return fmt::format("{}", value);
+    }
+  }
+
+  bool answers_find();
+  bool answers_request();
+
+  bool finds_ = true;
+  bool requests_;
+  std::optional<PortId> udp_;
+  std::optional<PortId> tcp_;
+  std::uint16_t session_ = 0;
+  std::vector<SdStimulus> subscriptions_;
+  std::vector<Difference> differences_;
+  std::string nonstrict_;
+};
+
+/// "00 2a ff", cut after some.
+[[nodiscard]] std::string hex(ByteView bytes);
+
+}  // namespace trestle::conform

@@ -1,0 +1,54 @@
+#pragma once
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <trestle/sd/net/handles.hpp>
+
+namespace ets {
+
+using namespace trestle::someip;
+namespace sd = trestle::sd;
+
+/// Where the device is on its network.
+struct Places {
+  trestle::IpAddress address;
+  trestle::IpAddress event_group;  ///< multicast, for events
+  std::uint16_t port = 30501;  ///< UDP and TCP of the service; the next one is that of its second instance
+};
+
+constexpr ServiceId service{0x0101};         // as the specification reserves it
+constexpr ServiceId second_service{0x0102};  // shares the ports of the first
+
+/// The Enhanced Testability Service: methods that echo what they get, fields, and events that can be
+/// triggered, so that a tester can look at a SOME/IP stack from outside.
+class Service {
+ public:
+  Service(boost::asio::io_context& io, sd::Node& node, const Places& places);
+
+ private:
+  struct Trigger;
+
+  void offer();
+  void suspend();
+  [[nodiscard]] sd::ServiceSpec description();
+  void add_methods(sd::ServiceSpec& spec);
+  void add_echoes(sd::ServiceSpec& spec);
+  void add_fields(sd::ServiceSpec& spec) const;
+  void trigger(const Message& request, MethodId event, std::vector<std::byte> payload);
+  void fire(const std::shared_ptr<Trigger>& trigger);
+
+  boost::asio::io_context& io_;
+  sd::Node& node_;
+  Places places_;
+  std::optional<sd::Offer> offer_;
+  boost::asio::steady_timer resume_;
+};
+
+/// The same service once more, as instance 2, and the second service: each with one echo.
+[[nodiscard]] std::vector<sd::ServiceSpec> companions(const Places& places);
+
+}  // namespace ets

@@ -1,0 +1,162 @@
+#undef _FORTIFY_SOURCE  // whose headers have these functions already
+#include "faults.hpp"
+
+#include <netinet/in.h>
+#include <netinet/udp.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace ets {
+namespace {
+
+const Fault* chosen = nullptr;
+
+// --- Between the device and the system --------------------------------------------------------------------
+
+bool is_stream(int fd) {
+  int type = 0;
+  socklen_t size = sizeof type;
+  return getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_STREAM;
+}
+
+bool is_ip(int fd) {
+  int domain = 0;
+  socklen_t size = sizeof domain;
+  return getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain == AF_INET;
+}
+
+unsigned port_of(int fd) {
+  sockaddr_in own{};
+  socklen_t size = sizeof own;
+  getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size);
+  return ntohs(own.sin_port);
+}
+
+void put_out(int fd, void* to, socklen_t to_size, Span bytes, int flags) {
+  iovec part{bytes.data(), bytes.size()};
+  msghdr message{};
+  message.msg_name = to;
+  message.msg_namelen = to_size;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  syscall(SYS_sendmsg, fd, &message, flags);
+}
+
+/// The size of the datagrams that a train is to be cut into; nothing: it is one datagram.
+std::optional<std::size_t> train_of(const msghdr& message) {
+  msghdr copy = message;
+  for (cmsghdr* one = CMSG_FIRSTHDR(&copy); one != nullptr; one = CMSG_NXTHDR(&copy, one)) {
+    if (one->cmsg_level == SOL_UDP && one->cmsg_type == UDP_SEGMENT) {
+      std::uint16_t size = 0;
+      std::memcpy(&size, CMSG_DATA(one), sizeof size);
+      return size;
+    }
+  }
+  return std::nullopt;
+}
+
+ssize_t send_with_fault(int fd, const msghdr& message, int flags) {
+  Bytes all;
+  for (std::size_t at = 0; at < message.msg_iovlen; ++at) {
+    const auto* begin = static_cast<const std::uint8_t*>(message.msg_iov[at].iov_base);
+    all.insert(all.end(), begin, begin + message.msg_iov[at].iov_len);
+  }
+  const std::size_t step = std::max<std::size_t>(train_of(message).value_or(all.size()), 1);
+  for (std::size_t at = 0; at < all.size(); at += step) {
+    const auto from = all.begin() + static_cast<std::ptrdiff_t>(at);
+    Outgoing out{.bytes = {from, from + static_cast<std::ptrdiff_t>(std::min(step, all.size() - at))},
+                 .stream = is_stream(fd),
+                 .port = port_of(fd)};
+    chosen->out(out);
+    for (int copy = 0; copy < out.copies; ++copy) {
+      put_out(fd, message.msg_name, message.msg_namelen, out.bytes, flags);
+    }
+  }
+  return static_cast<ssize_t>(all.size());
+}
+
+/// @return how many bytes the device sees.
+std::size_t receive_with_fault(int fd, msghdr& message, std::size_t size) {
+  if (message.msg_iovlen == 0 || size > message.msg_iov[0].iov_len) {
+    return size;
+  }
+  Incoming in{.bytes = {static_cast<std::uint8_t*>(message.msg_iov[0].iov_base), size}};
+  chosen->in(in);
+  for (Bytes& bytes : in.answers) {
+    put_out(fd, message.msg_name, message.msg_namelen, bytes, 0);
+  }
+  return in.lost ? 0 : in.bytes.size();
+}
+
+}  // namespace
+
+bool choose_fault(const std::string& name) {
+  const auto found = std::ranges::find(faults(), name, &Fault::name);
+  chosen = found == faults().end() ? nullptr : &*found;
+  return chosen != nullptr;
+}
+
+std::string list_of_faults() {
+  std::string all;
+  for (const Fault& one : faults()) {
+    all += std::string{one.name} + "\t" + one.finders + "\t" + one.what + "\n";
+  }
+  return all;
+}
+
+}  // namespace ets
+
+using namespace ets;
+
+// The program's own functions go before those of the C library.
+// NOLINTBEGIN(*-reserved-identifier, *-identifier-naming, cert-dcl*)
+extern "C" {
+
+ssize_t sendmsg(int fd, const msghdr* message, int flags) {
+  if (chosen != nullptr && chosen->out && is_ip(fd)) {
+    return send_with_fault(fd, *message, flags);
+  }
+  return syscall(SYS_sendmsg, fd, message, flags);
+}
+
+int sendmmsg(int fd, mmsghdr* messages, unsigned count, int flags) {
+  if (chosen != nullptr && chosen->out && is_ip(fd)) {
+    for (unsigned at = 0; at < count; ++at) {
+      messages[at].msg_len = static_cast<unsigned>(send_with_fault(fd, messages[at].msg_hdr, flags));
+    }
+    return static_cast<int>(count);
+  }
+  return static_cast<int>(syscall(SYS_sendmmsg, fd, messages, count, flags));
+}
+
+ssize_t recvmsg(int fd, msghdr* message, int flags) {
+  const ssize_t size = syscall(SYS_recvmsg, fd, message, flags);
+  if (size > 0 && chosen != nullptr && chosen->in && (flags & MSG_ERRQUEUE) == 0 && is_ip(fd) &&
+      !is_stream(fd)) {
+    return static_cast<ssize_t>(receive_with_fault(fd, *message, static_cast<std::size_t>(size)));
+  }
+  return size;
+}
+
+int recvmmsg(int fd, mmsghdr* messages, unsigned count, int flags, timespec* timeout) {
+  const auto got = static_cast<int>(syscall(SYS_recvmmsg, fd, messages, count, flags, timeout));
+  if (got > 0 && chosen != nullptr && chosen->in && (flags & MSG_ERRQUEUE) == 0 && is_ip(fd) &&
+      !is_stream(fd)) {
+    for (int at = 0; at < got; ++at) {
+      messages[at].msg_len =
+          static_cast<unsigned>(receive_with_fault(fd, messages[at].msg_hdr, messages[at].msg_len));
+    }
+  }
+  return got;
+}
+
+}  // extern "C"
+// NOLINTEND(*-reserved-identifier, *-identifier-naming, cert-dcl*)

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Faults that the device can be started with, so that it can be seen that a conformance runner finds them.
+///
+/// They are made where the device meets the system: sendmsg() and recvmsg() of this program (faults.cpp)
+/// change what goes out and comes in. So the device itself stays an example of how to use the library.
+namespace ets {
+
+using Bytes = std::vector<std::uint8_t>;
+using Span = std::span<std::uint8_t>;
+
+/// A datagram, or what goes at once on a TCP connection, on its way out.
+struct Outgoing {
+  Bytes bytes;
+  bool stream = false;
+  unsigned port = 0;  ///< of the device
+  int copies = 1;     ///< 0: it gets lost
+};
+/// One that has come, before the device sees it. What is put into `answers` goes back to its sender.
+struct Incoming {
+  Span bytes;
+  bool lost = false;
+  std::vector<Bytes> answers{};
+};
+
+using Out = std::function<void(Outgoing&)>;
+using In = std::function<void(Incoming&)>;
+
+struct Fault {
+  const char* name;
+  const char* finders;  ///< selectors of `trestle conform`, with commas
+  const char* what;
+  Out out{};
+  In in{};
+};
+
+/// All that there are: fault_table.cpp.
+[[nodiscard]] const std::vector<Fault>& faults();
+
+/// From now on. False: there is no such fault.
+[[nodiscard]] bool choose_fault(const std::string& name);
+/// A line for each: its name, a tab, the conformance cases that may find it, a tab, what the device does.
+[[nodiscard]] std::string list_of_faults();
+
+}  // namespace ets

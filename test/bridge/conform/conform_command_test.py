@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""`trestle conform` against the reference device on loopback, and what it says of its command line.
+
+Usage: conform_command_test.py TRESTLE SOURCE_FOLDER
+"""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as ElementTree
+
+TRESTLE, SOURCE = sys.argv[1:3]
+# On loopback, of this process alone: other tests may run beside it.
+HOST = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 0xff}"
+ADDRESSES = ("--device", f"{HOST}.1", "--tester", f"{HOST}.2")
+PROFILE = pathlib.Path(SOURCE) / "examples" / "ets_device" / "profile.yaml"
+
+
+def conform(*arguments, status=0):
+    """What it prints; the test fails on another exit status."""
+    done = subprocess.run([TRESTLE, "conform", *map(str, arguments)], capture_output=True, text=True, timeout=150)
+    assert done.returncode == status, f"{arguments}: {done.returncode}\n{done.stdout}{done.stderr}"
+    return done.stdout + done.stderr
+
+
+class Conform(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_runs_cases_and_leaves_evidence(self):
+        cases = ["sd.header.client-id", "sd.offer.ttl", "sd.subscribe.ack.ttl", "sd.subscribe.malformed.option-length-zero",
+                 "rpc.response.comes", "rpc.npdu.two", "tcp.request", "ets.echo.utf8"]
+        text = conform("run", *cases, "--dut", PROFILE, *ADDRESSES, "--out", self.folder)
+        self.assertIn(f"{len(cases)} cases in", text)
+        results = json.loads((self.folder / "results.json").read_text())
+        self.assertEqual(results["schema"], 1)
+        self.assertEqual(results["verdicts"]["pass"], len(cases), text)
+        self.assertEqual({one["id"] for one in results["cases"]}, set(cases))
+        for one in results["cases"]:
+            self.assertEqual((self.folder / one["evidence"]).read_bytes()[:4], b"\x0a\x0d\x0d\x0a")
+        suites = ElementTree.parse(self.folder / "junit.xml").getroot()
+        self.assertEqual(sum(int(suite.get("tests")) for suite in suites), len(cases))
+
+    def test_finds_faults(self):
+        text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
+                       "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--quick",
+                       "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any")
+        self.assertIn("3 of 3 faults are found", text)
+        self.assertRegex(text, r"found +ack-ttl +.*sd\.subscribe\.ack\.ttl")
+
+    def test_tells_of_a_failure(self):
+        # The same device, of which the profile says something else.
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace("ttl: 5", "ttl: 6"))
+        text = conform("run", "sd.offer.ttl", "--dut", profile, *ADDRESSES, "--out", self.folder / "out", status=1)
+        self.assertIn("TTL is 5 (0x5), expected 6 (0x6)", text)
+        self.assertIn(b"OFFENDING: TTL is 5", (self.folder / "out" / "sd.offer.ttl.pcapng").read_bytes())
+
+    def test_lists_and_explains(self):
+        lines = conform("list", "sd.offer").splitlines()
+        self.assertTrue(lines and all(line.startswith("sd.offer.") for line in lines), lines)
+        self.assertGreater(len(conform("list").splitlines()), 150)
+        text = conform("explain", "sd.offer.ttl")
+        self.assertIn("feat_req_someipsd_253: Offer fields", text)
+        self.assertIn("SOMEIPSRV_FORMAT_17", text)
+
+    def test_refuses_what_it_does_not_know(self):
+        self.assertIn("chooses no case", conform("list", "sd.ofer", status=2))
+        profile = self.folder / "profile.yaml"
+        profile.write_text("name: D\nnetwork: {device: 192.0.2.1, tester: nobody}\nservices: []\n")
+        text = conform("run", "--dut", profile, status=2)
+        self.assertTrue(re.search(r"profile\.yaml:2:\d+: error: ", text), text)
+        conform("run", "--dut", self.folder / "missing.yaml", status=2)
+        conform("run", status=2)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,83 @@
+#include "bridge/conform/profile.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridge/documents/document.hpp"
+
+namespace trestle::conform::profile_test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+constexpr const char* small = R"(name: Device
+network: {device: 192.0.2.1, tester: 192.0.2.2}
+services:
+  - id: 0x1234
+    instance: 1
+    udp: 30501
+)";
+
+std::vector<std::string> errors_of(const std::string& text) {
+  std::vector<std::string> lines;
+  if (const auto profile = read_profile(text, "p.yaml"); !profile) {
+    for (const documents::Problem& problem : profile.error()) {
+      lines.push_back(documents::to_string(problem));
+    }
+  }
+  return lines;
+}
+
+TEST(Profile, NeedsLittle) {
+  const auto profile = read_profile(small, "p.yaml");
+  ASSERT_TRUE(profile) << testing::PrintToString(errors_of(small));
+  EXPECT_EQ(profile->service().service, someip::ServiceId{0x1234});
+  EXPECT_EQ(profile->service().udp_port, 30501);
+  EXPECT_FALSE(profile->service().tcp_port);
+  EXPECT_EQ(profile->multicast, IpAddress::v4(224, 244, 224, 245));
+  EXPECT_EQ(profile->sd_port, 30490);
+  EXPECT_FALSE(profile->can_restart());
+  EXPECT_FALSE(profile->ets);
+}
+
+TEST(Profile, OfTheReferenceDeviceIsGood) {
+  const auto text = documents::read_text_file(TRESTLE_SOURCE_DIR "/examples/ets_device/profile.yaml");
+  ASSERT_TRUE(text);
+  const auto profile = read_profile(*text, "profile.yaml");
+  ASSERT_TRUE(profile) << testing::PrintToString(errors_of(*text));
+  EXPECT_TRUE(profile->ets);
+  EXPECT_TRUE(profile->can_restart());
+  EXPECT_EQ(profile->services.size(), 3U);
+  EXPECT_EQ(profile->timing.cyclic_offer_delay, 500ms);
+  EXPECT_THAT(profile->service().request->payload, ElementsAre(std::byte{0x2a}));
+}
+
+TEST(Profile, TellsWhereAMistakeIs) {
+  EXPECT_THAT(errors_of(std::string{small} + "capabilites: 1\n"),
+              ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:7:1: error: "),
+                                         testing::HasSubstr("capabilites"))));
+  EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.x}\nservices:\n  - {id: 1, "
+                        "instance: 1, udp: 1}\n"),
+              ElementsAre(testing::StartsWith("p.yaml:2:38: error: ")));
+  EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.1}\nservices:\n  - {id: 1, "
+                        "instance: 1, udp: 1}\n"),
+              ElementsAre(testing::HasSubstr("two addresses")));
+  EXPECT_THAT(
+      errors_of(
+          "name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, instance: 1}\n"),
+      ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:4:5"), testing::HasSubstr("port"))));
+  EXPECT_FALSE(errors_of("").empty());
+  EXPECT_FALSE(errors_of("name: [").empty());
+}
+
+TEST(Profile, FillsInCommands) {
+  const auto profile = read_profile(small, "p.yaml");
+  ASSERT_TRUE(profile);
+  EXPECT_EQ(filled_in("{programs}/x {device} {tester} {multicast}:{sd_port} {fault} {other}", *profile,
+                      "/bin", "none"),
+            "/bin/x 192.0.2.1 192.0.2.2 224.244.224.245:30490 none {other}");
+}
+
+}  // namespace
+}  // namespace trestle::conform::profile_test
