@@ -287,9 +287,9 @@ const std::vector<Fault>& faults() {
          }
        })},
       {"no-cyclic-offers", "sd.phase.cyclic", "there are no cyclic offers", [](Outgoing& out) {
-         static int offers = 0;
-         if (any_entry(out.bytes, is_offer) && u16(out.bytes, 10) > 8 && ++offers > 0) {
-           out.copies = u16(out.bytes, 10) % 3 == 0 ? 1 : 0;
+         // Answers to a Find have one entry.
+         if (any_entry(out.bytes, is_offer) && u32(out.bytes, 20) > 16 && u16(out.bytes, 10) > 4) {
+           out.copies = 0;
          }
        }},
       {"offers-twice", "sd.phase.cyclic,sd.phase.repetition", "each offer is sent twice", [](Outgoing& out) {
@@ -470,7 +470,7 @@ const std::vector<Fault>& faults() {
        }},
       {"reserved-option-bytes-refused", "sd.subscribe.option.reserved-bytes",
        "Subscribes are ignored whose option has reserved bytes set", {}, subscribe_message([](Incoming& in) {
-         in.lost = in.bytes.size() > 56 && in.bytes[47] != 0;
+         in.lost = in.bytes.size() >= 56 && in.bytes[47] != 0;
        })},
       {"trailing-bytes-refused", "sd.subscribe.trailing", "Subscribes with bytes behind the options are ignored", {},
        subscribe_message([](Incoming& in) {
@@ -625,6 +625,7 @@ const std::vector<Fault>& faults() {
        }},
       {"initial-events-at-renewal", "event.initial.not-at-renewal", "each Subscribe brings initial events", {},
        subscribe_message([](Incoming& in) {
+         in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);  // it says which ones it wants
          in.bytes[entries_at + 12] = static_cast<std::uint8_t>(in.bytes[entries_at + 12] | 0x80U);
        })},
 
