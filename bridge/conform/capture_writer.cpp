@@ -9,16 +9,16 @@
 namespace trestle::conform {
 namespace {
 
-using Bytes = std::vector<std::byte>;
+using Block = std::vector<std::byte>;
 
 template <typename T>
-void put(Bytes& out, T number, std::endian order = std::endian::big) {
+void put(Block& out, T number, std::endian order = std::endian::big) {
   const std::size_t at = out.size();
   out.resize(at + sizeof(T));
   someip::store<T>(out.data() + at, number, order);
 }
 
-void put_bytes(Bytes& out, ByteView bytes) {
+void put_bytes(Block& out, ByteView bytes) {
   out.insert(out.end(), bytes.begin(), bytes.end());
 }
 
@@ -39,8 +39,8 @@ ByteView address_of(const Endpoint& endpoint) {
   return std::as_bytes(std::span{endpoint.address.bytes}).first(endpoint.address.v6 ? 16 : 4);
 }
 
-Bytes udp(const Packet& packet) {
-  Bytes out;
+Block udp(const Packet& packet) {
+  Block out;
   const auto size = static_cast<std::uint16_t>(std::min<std::size_t>(8 + packet.bytes.size(), 0xffff));
   put(out, packet.from.port);
   put(out, packet.to.port);
@@ -53,10 +53,10 @@ Bytes udp(const Packet& packet) {
 class TcpNumbers {
  public:
   /// A segment with the bytes, in order.
-  Bytes segment(const Packet& packet) {
+  Block segment(const Packet& packet) {
     std::uint32_t& next = sent_[{packet.from, packet.to}];
     const std::uint32_t acknowledged = sent_[{packet.to, packet.from}];
-    Bytes out;
+    Block out;
     put(out, packet.from.port);
     put(out, packet.to.port);
     put(out, next + 1);
@@ -66,7 +66,7 @@ class TcpNumbers {
     put(out, std::uint32_t{0});
     put_bytes(out, packet.bytes);
     next += static_cast<std::uint32_t>(packet.bytes.size());
-    Bytes pseudo;
+    Block pseudo;
     put_bytes(pseudo, address_of(packet.from));
     put_bytes(pseudo, address_of(packet.to));
     put(pseudo, std::uint16_t{6});
@@ -80,8 +80,8 @@ class TcpNumbers {
   std::map<std::pair<Endpoint, Endpoint>, std::uint32_t> sent_;
 };
 
-Bytes ip(const Packet& packet, const Bytes& contents, std::uint16_t id) {
-  Bytes out;
+Block ip(const Packet& packet, const Block& contents, std::uint16_t id) {
+  Block out;
   put(out, std::uint16_t{0x4500});
   put(out, static_cast<std::uint16_t>(std::min<std::size_t>(20 + contents.size(), 0xffff)));
   put(out, id);
@@ -96,12 +96,12 @@ Bytes ip(const Packet& packet, const Bytes& contents, std::uint16_t id) {
   return out;
 }
 
-void put_padded(Bytes& out, ByteView bytes) {
+void put_padded(Block& out, ByteView bytes) {
   put_bytes(out, bytes);
   out.resize((out.size() + 3) / 4 * 4);
 }
 
-void put_option(Bytes& out, std::uint16_t code, ByteView value) {
+void put_option(Block& out, std::uint16_t code, ByteView value) {
   put(out, code, std::endian::native);
   put(out, static_cast<std::uint16_t>(value.size()), std::endian::native);
   put_padded(out, value);
@@ -111,7 +111,7 @@ ByteView bytes_of(const std::string& text) {
   return std::as_bytes(std::span{text}).first(std::min<std::size_t>(text.size(), 60'000));
 }
 
-void put_block(Bytes& out, std::uint32_t type, const Bytes& body) {
+void put_block(Block& out, std::uint32_t type, const Block& body) {
   const auto size = static_cast<std::uint32_t>(body.size() + 12);
   put(out, type, std::endian::native);
   put(out, size, std::endian::native);
@@ -122,8 +122,8 @@ void put_block(Bytes& out, std::uint32_t type, const Bytes& body) {
 }  // namespace
 
 std::string pcapng(const std::deque<Packet>& packets, const std::string& title) {
-  Bytes out;
-  Bytes section;
+  Block out;
+  Block section;
   put(section, std::uint32_t{0x1a2b'3c4d}, std::endian::native);
   put(section, std::uint16_t{1}, std::endian::native);
   put(section, std::uint16_t{0}, std::endian::native);
@@ -132,7 +132,7 @@ std::string pcapng(const std::deque<Packet>& packets, const std::string& title) 
   put_option(section, 0, {});
   put_block(out, 0x0a0d'0d0a, section);
 
-  Bytes interface;
+  Block interface;
   put(interface, std::uint16_t{101}, std::endian::native);  // LINKTYPE_RAW
   put(interface, std::uint16_t{0}, std::endian::native);
   put(interface, std::uint32_t{0}, std::endian::native);
@@ -143,10 +143,10 @@ std::string pcapng(const std::deque<Packet>& packets, const std::string& title) 
 
   TcpNumbers tcp;
   for (const Packet& packet : packets) {
-    const Bytes frame = ip(packet, packet.transport == Transport::tcp ? tcp.segment(packet) : udp(packet),
+    const Block frame = ip(packet, packet.transport == Transport::tcp ? tcp.segment(packet) : udp(packet),
                            static_cast<std::uint16_t>(packet.number));
     const auto time = static_cast<std::uint64_t>(packet.time.time_since_epoch().count());
-    Bytes body;
+    Block body;
     put(body, std::uint32_t{0}, std::endian::native);
     put(body, static_cast<std::uint32_t>(time >> 32U), std::endian::native);
     put(body, static_cast<std::uint32_t>(time), std::endian::native);

@@ -39,7 +39,7 @@ template <typename T>
 constexpr T reversed_bits(T number) {
   T result = 0;
   for (unsigned bit = 0; bit < sizeof(T) * 8; ++bit) {
-    result = static_cast<T>(result << 1U | ((number >> bit) & 1U));
+    result = static_cast<T>(2U * result + ((static_cast<unsigned>(number) >> bit) & 1U));
   }
   return result;
 }
