@@ -12,6 +12,11 @@ constexpr std::size_t max_idle_lanes = 64;  // receivers whose last burst is rem
 // What a message takes beside its payload: counted, as small messages must not take unlimited memory, too.
 constexpr std::size_t place_bytes = sizeof(PendingMessage);
 
+// Whether both have one Message ID.
+bool are_alike(const Header& a, const Header& b) noexcept {
+  return a.service == b.service && a.method == b.method;
+}
+
 }  // namespace
 
 void take(const std::vector<ByteView>& slices, SliceCursor& cursor, std::size_t bytes,
@@ -38,8 +43,7 @@ bool SendLanes::must_wait(const Endpoint& to, const Header& header) const {
   const auto lane = std::ranges::find(lanes_, to, &SendLane::to);
   return lane != lanes_.end() &&
          (lane->host || std::ranges::any_of(lane->queue, [&](const PendingMessage& pending) {
-            return pending.datagram ||
-                   (pending.header.service == header.service && pending.header.method == header.method);
+            return pending.datagram || are_alike(pending.header, header);
           }));
 }
 
@@ -170,8 +174,7 @@ bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
 // Of what has begun to leave, the one datagram went that asks for the host.
 SendLanes::Queue::iterator SendLanes::large_like(Queue& queue, const Header& newer) {
   return std::ranges::find_if(queue, [&](const PendingMessage& one) {
-    return !one.plain() && !one.lent && one.header.service == newer.service &&
-           one.header.method == newer.method;
+    return !one.plain() && !one.lent && are_alike(one.header, newer);
   });
 }
 
@@ -200,8 +203,7 @@ Room SendLanes::make_room(const Endpoint& to, const Header& newer, const WaitRul
   std::size_t like_it = 0;
   auto oldest = lane->queue.end();
   for (auto one = lane->queue.begin(); one != lane->queue.end(); ++one) {
-    if (one->may_go() && !one->datagram && one->header.service == newer.service &&
-        one->header.method == newer.method) {
+    if (one->may_go() && !one->datagram && are_alike(one->header, newer)) {
       oldest = like_it++ == 0 ? one : oldest;
     }
   }

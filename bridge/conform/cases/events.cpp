@@ -26,17 +26,21 @@ auto triggered(void (*judge)(Trial& t, const SeenMessage& seen), std::uint16_t m
   };
 }
 
-/// Whatever notification comes first for the subscription to eventgroup 2.
-std::optional<SeenMessage> any_notification(Trial& t) {
+/// Whatever notification comes first for the subscription to eventgroup 2; the case ends when none does.
+SeenMessage any_notification(Trial& t) {
   t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
   t.pass();
   const std::size_t since = t.now();
   send_trigger(t, 0x03);
-  return t.await_message(since, t.profile.timing.answer_within, [&](const SeenMessage& seen) {
-    return seen.message.header.service == t.profile.service().service &&
-           (value(seen.message.header.method) & 0x7fffU) == (value(event_uint8) & 0x7fffU) &&
-           seen.packet->to == t.tester.local(t.udp());
+  const auto seen = t.await_message(since, t.profile.timing.answer_within, [&](const SeenMessage& one) {
+    return one.message.header.service == t.profile.service().service &&
+           (value(one.message.header.method) & 0x7fffU) == (value(event_uint8) & 0x7fffU) &&
+           one.packet->to == t.tester.local(t.udp());
   });
+  if (!seen) {
+    t.fail("no event comes");
+  }
+  return *seen;
 }
 
 void nothing(Trial&, const SeenMessage&) {}
@@ -75,11 +79,8 @@ void add_event_cases(Cases& cases) {
        .needs = ets,
        .run =
            [](Trial& t) {
-             const auto seen = any_notification(t);
-             if (!seen) {
-               t.fail("no event comes");
-             }
-             t.equal("top bit of the Method ID", 1, value(seen->message.header.method) >> 15, seen->packet);
+             const SeenMessage seen = any_notification(t);
+             t.equal("top bit of the Method ID", 1, value(seen.message.header.method) >> 15, seen.packet);
            }},
       {.id = "event.message-type",
        .title = "sends events as notifications",
@@ -87,12 +88,9 @@ void add_event_cases(Cases& cases) {
        .needs = ets,
        .run =
            [](Trial& t) {
-             const auto seen = any_notification(t);
-             if (!seen) {
-               t.fail("no event comes");
-             }
-             t.equal("Message Type", someip::MessageType::notification, seen->message.header.type,
-                     seen->packet);
+             const SeenMessage seen = any_notification(t);
+             t.equal("Message Type", someip::MessageType::notification, seen.message.header.type,
+                     seen.packet);
            }},
       {.id = "event.return-code",
        .title = "sends events with return code 0",

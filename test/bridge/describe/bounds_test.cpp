@@ -19,6 +19,7 @@
 #include "bridge/describe/write/sheet/write_sheet.hpp"
 #include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
 #include "bridge/describe/write/wireshark/write_wireshark.hpp"
+#include "test/bridge/describe/lost.hpp"
 #include "test/sanitized.hpp"
 
 namespace trestle::describe {
@@ -36,13 +37,6 @@ constexpr unsigned many = test::sanitized ? 1'000 : 30'000;
 constexpr unsigned many = test::sanitized ? 1'000 : 4'000;
 #endif
 
-std::vector<std::string> lines_of(const std::vector<NotCarried>& all) {
-  std::vector<std::string> lines;
-  for (const NotCarried& one : all) {
-    lines.push_back(one.element + ": " + one.what);
-  }
-  return lines;
-}
 std::vector<std::string> texts_of(const std::vector<documents::Problem>& all) {
   std::vector<std::string> texts;
   for (const documents::Problem& one : all) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "bridge/describe/write/routes/route_entries.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -45,9 +46,7 @@ Made made_of(const Model& model, const RouteOptions& options = {}) {
   Made made;
   std::vector<NotCarried> lost;
   made.entries = route_entries(model, lower(model), options, lost);
-  for (const NotCarried& one : lost) {
-    made.lost.push_back(one.element + ": " + one.what);
-  }
+  made.lost = lines_of(lost);
   return made;
 }
 

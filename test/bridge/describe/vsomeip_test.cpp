@@ -8,6 +8,7 @@
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
 #include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -328,12 +329,8 @@ TEST(WriteVsomeip, TellsWhatItCannotCarry) {
                             .id = someip::ServiceId{1},
                             .events = {{.name = "e", .selective = true, .e2e = {.profile = "11"}}}});
   const Written written = write_vsomeip(model);
-  std::vector<std::string> lines;
-  for (const NotCarried& one : written.not_carried) {
-    lines.push_back(one.element + ": " + one.what);
-  }
   EXPECT_THAT(
-      lines,
+      lines_of(written.not_carried),
       ElementsAre("org.example.Door: a service without id", "org.example.Lock: a service without instance",
                   "org.example.Lock.e: E2E profile 11", "org.example.Lock.e: an event without id",
                   "org.example.Lock.e: no eventgroup: nobody can subscribe to it",
@@ -354,13 +351,7 @@ TEST(WriteVsomeip, TellsOfVersionsRolesAndTransports) {
                       .service_id = someip::ServiceId{1},
                       .id = someip::InstanceId{7},
                       .configuration = {{"a", "b"}}}};
-  const auto lines = [&model] {
-    std::vector<std::string> all;
-    for (const NotCarried& one : write_vsomeip(model).not_carried) {
-      all.push_back(one.element + ": " + one.what);
-    }
-    return all;
-  };
+  const auto lines = [&model] { return lines_of(write_vsomeip(model).not_carried); };
   // An instance without a name has that of its service and its id.
   EXPECT_THAT(lines(),
               ::testing::UnorderedElementsAre(
@@ -383,12 +374,8 @@ TEST(WriteVsomeip, TellsOfNumbersThatItCannotWrite) {
   service.events[0].transfer.debounce = 10500us;
   service.events[0].cycle = 200us;
   const Written written = write_vsomeip(model);
-  std::vector<std::string> lines;
-  for (const NotCarried& one : written.not_carried) {
-    lines.push_back(one.element + ": " + one.what);
-  }
   EXPECT_THAT(
-      lines,
+      lines_of(written.not_carried),
       ElementsAre("service_1234.event_8002: times in µs: 10500", "service_1234.event_8002: times in µs: 200",
                   "service_1234.method_0002: segments of 1000 bytes: a multiple of 16, of at most "
                   "1392, here 992"));

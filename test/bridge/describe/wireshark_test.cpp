@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "bridge/describe/write/wireshark/write_wireshark.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -290,11 +291,7 @@ TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
   all.event("line", 0x8005, {.values = {Everything::value("v", all.text)}});
   all.event("good", 0x8006, {.values = {Everything::value("n", all.u8)}});
   const Written written = write_wireshark(all.model);
-  std::vector<std::string> lost;
-  for (const NotCarried& one : written.not_carried) {
-    lost.push_back(one.element + ": " + one.what);
-  }
-  EXPECT_THAT(lost,
+  EXPECT_THAT(lines_of(written.not_carried),
               ElementsAre("org.example.Car.loop: a structure that contains itself",
                           "org.example.Car.bits: bit fields", "org.example.Car.again: bit fields",
                           "org.example.Car.little: little endian length fields",

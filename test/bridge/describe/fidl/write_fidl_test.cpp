@@ -6,6 +6,7 @@
 
 #include "bridge/describe/model_json.hpp"
 #include "test/bridge/describe/fidl/corpus.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -32,11 +33,7 @@ std::string all_text(const Written& written) {
 }
 
 std::vector<std::string> lost(const Written& written) {
-  std::vector<std::string> all;
-  for (const NotCarried& one : written.not_carried) {
-    all.push_back(one.element + ": " + one.what);
-  }
-  return all;
+  return lines_of(written.not_carried);
 }
 
 Reading read_back(const Written& written) {
