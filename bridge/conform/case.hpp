@@ -7,6 +7,7 @@
 //   profile.hpp    what is known of the device; device.hpp: starts and stops it
 //   verdict.hpp    what becomes of a case; runner.hpp: runs cases; selftest.hpp: runs them against faults
 //   report.hpp     results as text, JUnit XML and JSON
+//   results_file.hpp, compare_runs.hpp  JSON results read again, and compared
 //   catalogue.hpp  requirements and TC8 cases
 //
 // The tester does not trust our stack: it uses the codecs (someip/wire, sd/wire), and no state machine of

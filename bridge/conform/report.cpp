@@ -8,22 +8,6 @@
 namespace trestle::conform {
 namespace {
 
-const char* colour_of(Verdict verdict, const cli::Colours& colours) {
-  switch (verdict) {
-    case Verdict::pass:
-    case Verdict::pass_nonstrict:
-      return colours.green;
-    case Verdict::fail:
-    case Verdict::error:
-      return colours.red;
-    case Verdict::inconclusive:
-      return colours.yellow;
-    case Verdict::unsupported:
-      return colours.dim;
-  }
-  return "";
-}
-
 std::string again(const Case& one, const RunInfo& info) {
   return info.command + " " + one.id;
 }
@@ -101,6 +85,26 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
 
 }  // namespace
 
+const char* colour_of(Verdict verdict, const cli::Colours& colours) noexcept {
+  switch (verdict) {
+    case Verdict::pass:
+    case Verdict::pass_nonstrict:
+      return colours.green;
+    case Verdict::fail:
+    case Verdict::error:
+      return colours.red;
+    case Verdict::inconclusive:
+      return colours.yellow;
+    case Verdict::unsupported:
+      return colours.dim;
+  }
+  return "";
+}
+
+std::string group_of(const std::string& id) {
+  return id.substr(0, id.find('.', id.find('.') + 1));
+}
+
 std::string area_of(const std::string& id) {
   return id.substr(0, id.find('.'));
 }
@@ -150,13 +154,12 @@ std::string explanation(const Case& one) {
 std::string summary(const RunResult& run, const cli::Colours& colours) {
   std::string all =
       fmt::format("{} cases in {:.1f} s:", run.cases.size(), static_cast<double>(run.took.count()) / 1000);
-  for (const Verdict verdict : {Verdict::pass, Verdict::pass_nonstrict, Verdict::fail, Verdict::inconclusive,
-                                Verdict::unsupported, Verdict::error}) {
+  for (const Verdict verdict : all_verdicts) {
     if (const std::size_t count = run.count(verdict); count > 0) {
       all += fmt::format(" {}{} {}{}", colour_of(verdict, colours), count, to_string(verdict), colours.off);
     }
   }
-  return all;
+  return all + (run.cancelled ? "; ended before all of them were run" : "");
 }
 
 std::string junit_xml(const RunResult& run, const RunInfo& info) {
@@ -187,8 +190,7 @@ std::string junit_xml(const RunResult& run, const RunInfo& info) {
 std::string results_json(const RunResult& run, const RunInfo& info) {
   using Json = nlohmann::ordered_json;
   Json counts = Json::object();
-  for (const Verdict verdict : {Verdict::pass, Verdict::pass_nonstrict, Verdict::fail, Verdict::inconclusive,
-                                Verdict::unsupported, Verdict::error}) {
+  for (const Verdict verdict : all_verdicts) {
     counts[to_string(verdict)] = run.count(verdict);
   }
   Json cases = Json::array();
@@ -223,11 +225,16 @@ std::string results_json(const RunResult& run, const RunInfo& info) {
                      {"evidence", result.evidence},
                      {"again", again(one, info)}});
   }
-  const Json document{
-      {"schema", results_schema},     {"device", {{"name", info.device}, {"version", info.device_version}}},
-      {"profile", info.profile_file}, {"level", to_string(info.level)},
-      {"started", run.started},       {"milliseconds", run.took.count()},
-      {"verdicts", counts},           {"cases", cases}};
+  const Json document{{"schema", results_schema},
+                      {"device", {{"name", info.device}, {"version", info.device_version}}},
+                      {"profile", info.profile_file},
+                      {"level", to_string(info.level)},
+                      {"seed", info.seed},
+                      {"started", run.started},
+                      {"cancelled", run.cancelled},
+                      {"milliseconds", run.took.count()},
+                      {"verdicts", counts},
+                      {"cases", cases}};
   return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -17,6 +17,7 @@ struct RunInfo {
   std::string device_version{};
   std::string folder{};
   Level level = Level::tc8;
+  std::uint64_t seed = 1;
   /// The command that runs one case again, without its id.
   std::string command{};
 };
@@ -36,5 +37,9 @@ struct RunInfo {
 
 /// The first part of an id: "sd".
 [[nodiscard]] std::string area_of(const std::string& id);
+/// The first two parts of it: "sd.offer".
+[[nodiscard]] std::string group_of(const std::string& id);
+
+[[nodiscard]] const char* colour_of(Verdict verdict, const cli::Colours& colours) noexcept;
 
 }  // namespace trestle::conform

@@ -16,6 +16,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// The second one is twice as long.
+constexpr Duration pause_between_attempts = std::chrono::milliseconds{500};
+
 /// Everything that lives as long as a run.
 struct Run {
   const Profile& profile;
@@ -25,24 +28,80 @@ struct Run {
   SdSessions sessions{};
 };
 
+/// Somebody wants the run to end.
+struct Cancelled {};
+
+/// Ends what waits when somebody wants the run to end, and a case when its time is over.
+class Watch {
+ public:
+  explicit Watch(Run& run) : run_{run} {
+    run.tester.watch([this] { check(); });
+  }
+  ~Watch() {
+    run_.tester.watch([] {});
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+  /// From now on until done().
+  void limit(Duration budget) {
+    budget_ = budget;
+    until_ = Clock::now() + budget;
+  }
+  void done() { until_.reset(); }
+
+ private:
+  void check() const {
+    if (run_.options.cancelled && run_.options.cancelled()) {
+      throw Cancelled{};
+    }
+    if (until_ && Clock::now() >= *until_) {
+      // Why it takes so long nobody knows, unless it is the tester's own fault.
+      throw Ended{run_.tester.stalled() > Duration{0} ? Verdict::inconclusive : Verdict::error,
+                  fmt::format("the case is not over after {:.1f} s, which is its time budget",
+                              std::chrono::duration<double>(budget_).count())};
+    }
+  }
+
+  Run& run_;
+  Duration budget_{};
+  std::optional<Clock::time_point> until_{};
+};
+
+/// A device that has more time for its answers gets more time for the case, too.
+Duration budget_of(const Case& one, const Profile& profile) {
+  return one.budget * std::max<std::int64_t>(1, profile.timing.answer_within / std::chrono::seconds{1});
+}
+
+Attempt outcome_of(const Case& one, Trial& trial, Watch& watch) {
+  Attempt attempt;
+  watch.limit(budget_of(one, trial.profile));
+  try {
+    one.run(trial);
+    attempt = trial.attempt();
+  } catch (const Ended& ended) {
+    attempt = trial.attempt();
+    // What was noted before says more than that something else did not come, or that it takes too long.
+    if (attempt.verdict != Verdict::fail ||
+        (ended.verdict != Verdict::fail && ended.verdict != Verdict::error)) {
+      attempt.verdict = ended.verdict;
+      attempt.reason = ended.reason;
+    }
+  }
+  watch.done();
+  return attempt;
+}
+
 Attempt attempt_at(const Case& one, Run& run) {
+  Watch watch{run};
   run.tester.forget();
   Trial trial{run.profile, run.tester, run.device, run.sessions};
+  trial.begin(run.options.seed, one.id);
   Attempt attempt;
   try {
     const bool alive = trial.is_there();
     if (alive) {
-      try {
-        one.run(trial);
-        attempt = trial.attempt();
-      } catch (const Ended& ended) {
-        attempt = trial.attempt();
-        // What was noted before says more than that something else did not come.
-        if (attempt.verdict != Verdict::fail || ended.verdict != Verdict::fail) {
-          attempt.verdict = ended.verdict;
-          attempt.reason = ended.reason;
-        }
-      }
+      attempt = outcome_of(one, trial, watch);
       attempt.alive_after = trial.alive();
     }
     attempt.alive_before = alive;
@@ -51,6 +110,9 @@ Attempt attempt_at(const Case& one, Run& run) {
     // What the clean-up made the device say belongs to no other case.
     (void)trial.alive();
     run.tester.close_all();
+  } catch (const Cancelled&) {
+    trial.clean_up();
+    throw;
   } catch (const std::exception& error) {
     attempt.verdict = Verdict::error;
     attempt.reason = error.what();
@@ -74,10 +136,13 @@ CaseResult run_one(const Case& one, Run& run) {
     result.outcome = {.verdict = Verdict::unsupported, .reason = *why};
     return result;
   }
-  do {
+  result.outcome = attempt_at(one, run);
+  for (result.attempts = 1; try_again(result.outcome, result.attempts); ++result.attempts) {
+    // Whatever was in the way may be over by then.
+    const Watch watch{run};
+    run.tester.receive(result.attempts * pause_between_attempts, [] { return false; });
     result.outcome = attempt_at(one, run);
-    ++result.attempts;
-  } while (try_again(result.outcome, result.attempts));
+  }
   if (run.options.keep_evidence) {
     write_evidence(one, result.outcome, run, result);
   }
@@ -86,6 +151,7 @@ CaseResult run_one(const Case& one, Run& run) {
 }
 
 void await_device(Run& run) {
+  const Watch watch{run};
   Trial trial{run.profile, run.tester, run.device, run.sessions};
   const Clock::time_point until = Clock::now() + run.profile.timing.ready_within;
   while (!trial.is_there() && Clock::now() < until) {
@@ -106,18 +172,22 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
   RunResult result{.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
   Run run{profile, options};
   run.device.start();
-  await_device(run);
-  for (const Case* one : cases) {
-    if (options.on_begin) {
-      options.on_begin(*one);
+  try {
+    await_device(run);
+    for (const Case* one : cases) {
+      if (options.on_begin) {
+        options.on_begin(*one);
+      }
+      result.cases.push_back(run_one(*one, run));
+      if (options.on_end) {
+        options.on_end(result.cases.back());
+      }
+      if (options.stop_at_failure && result.cases.back().outcome.verdict == Verdict::fail) {
+        break;
+      }
     }
-    result.cases.push_back(run_one(*one, run));
-    if (options.on_end) {
-      options.on_end(result.cases.back());
-    }
-    if (options.stop_at_failure && result.cases.back().outcome.verdict == Verdict::fail) {
-      break;
-    }
+  } catch (const Cancelled&) {
+    result.cancelled = true;
   }
   run.device.stop();
   result.took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began);

@@ -25,6 +25,7 @@ struct RunResult {
   std::vector<CaseResult> cases{};
   std::string started{};  ///< in UTC, "2026-01-31T12:00:00Z"
   std::chrono::milliseconds took{0};
+  bool cancelled = false;  ///< there were more cases to run
 
   [[nodiscard]] std::size_t count(Verdict verdict) const;
 };
@@ -33,9 +34,13 @@ struct RunOptions {
   std::string folder{};    ///< for evidence and what the device prints; it exists
   std::string programs{};  ///< the folder of the running program
   std::string fault{};     ///< the device is started with it
+  std::uint64_t seed = 1;  ///< of everything random
   bool keep_evidence = true;
   /// Return at the first case that fails.
   bool stop_at_failure = false;
+  /// Asked again and again, also while a case waits; true ends the run, and what was found so far is
+  /// returned.
+  std::function<bool()> cancelled{};
   std::function<void(const Case& one)> on_begin{};
   std::function<void(const CaseResult& result)> on_end{};
 };

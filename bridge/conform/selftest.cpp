@@ -41,9 +41,13 @@ FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::
     return std::ranges::any_of(fault.finders,
                                [&](const std::string& text) { return conform::chosen(*one, text); });
   });
-  const RunResult run = run_cases(
-      profile, finders,
-      {.folder = options.folder, .programs = options.programs, .fault = fault.name, .keep_evidence = false});
+  const RunResult run = run_cases(profile, finders,
+                                  {.folder = options.folder,
+                                   .programs = options.programs,
+                                   .fault = fault.name,
+                                   .seed = options.seed,
+                                   .keep_evidence = false,
+                                   .cancelled = options.cancelled});
   for (const CaseResult& one : run.cases) {
     ++result.tried;
     if (one.outcome.verdict == Verdict::fail) {
@@ -110,8 +114,12 @@ SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& 
     });
   }
   SelftestResult result;
-  result.reference = run_cases(
-      profile, cases, {.folder = options.folder, .programs = options.programs, .on_end = options.on_case});
+  result.reference = run_cases(profile, cases,
+                               {.folder = options.folder,
+                                .programs = options.programs,
+                                .seed = options.seed,
+                                .cancelled = options.cancelled,
+                                .on_end = options.on_case});
   // A case that the device does not even pass without a fault finds nothing.
   std::erase_if(cases, [&](const Case* one) {
     return std::ranges::none_of(result.reference.cases, [&](const CaseResult& done) {
@@ -120,6 +128,9 @@ SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& 
     });
   });
   for (const FaultRow& fault : faults) {
+    if (options.cancelled && options.cancelled()) {
+      break;
+    }
     result.faults.push_back(try_fault(fault, profile, cases, options));
     if (options.on_fault) {
       options.on_fault(result.faults.back());

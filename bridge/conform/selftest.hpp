@@ -40,6 +40,8 @@ struct SelftestOptions {
   std::vector<std::string> only_faults{};  ///< by name; none: all
   /// Only the cases that may find one of the faults.
   bool only_finders = false;
+  std::uint64_t seed = 1;
+  std::function<bool()> cancelled{};                        ///< as in RunOptions
   std::function<void(const CaseResult& result)> on_case{};  ///< without a fault
   std::function<void(const FaultResult& result)> on_fault{};
 };

@@ -257,6 +257,7 @@ void Tester::send(PortId connection, ByteView bytes) {
 bool Tester::receive(Duration within, const std::function<bool()>& done) {
   const Clock::time_point until = Clock::now() + within;
   for (bool first = true;; first = false) {
+    check_();
     std::vector<pollfd> wait;
     std::vector<PortId> ids;
     for (const auto& [id, one] : ports_) {

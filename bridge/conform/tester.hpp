@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/conform/packet.hpp"
@@ -58,6 +59,9 @@ class Tester {
     receive(Duration{0}, [] { return false; });
   }
 
+  /// `check` is called again and again while receive() waits, and ends that by throwing.
+  void watch(std::function<void()> check) { check_ = std::move(check); }
+
   /// All that was sent and received since forget(); addresses stay.
   [[nodiscard]] std::deque<Packet>& packets() noexcept { return packets_; }
   void forget();
@@ -86,6 +90,7 @@ class Tester {
   PortId sd_multicast_{};
   std::deque<Packet> packets_;
   Duration stalled_{0};
+  std::function<void()> check_ = [] {};
 };
 
 }  // namespace trestle::conform

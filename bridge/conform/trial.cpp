@@ -68,6 +68,15 @@ Trial::Trial(const Profile& the_profile, Tester& the_tester, Device& the_device,
       sessions{the_sessions},
       requests_{the_profile.service().request && the_profile.service().udp_port} {}
 
+void Trial::begin(std::uint64_t seed, const std::string& id) {
+  std::vector<std::uint32_t> numbers(id.begin(), id.end());
+  numbers.push_back(static_cast<std::uint32_t>(seed));
+  numbers.push_back(static_cast<std::uint32_t>(seed >> 32U));
+  std::seed_seq mixed(numbers.begin(), numbers.end());
+  random.seed(mixed);
+  session_ = static_cast<std::uint16_t>(random());
+}
+
 // --- Judging ----------------------------------------------------------------------------------------------
 
 void Trial::comment(Packet* packet, const std::string& text) {

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,11 @@ class Trial {
   Tester& tester;
   Device& device;
   SdSessions& sessions;
+
+  /// Everything random is drawn from this, so that the seed of a run repeats it.
+  std::mt19937_64 random{};
+  /// The same numbers for the same case and seed. Requests count on from one of them.
+  void begin(std::uint64_t seed, const std::string& id);
 
   // --- Judging --------------------------------------------------------------------------------------------
 

@@ -15,6 +15,14 @@ enum class Verdict : std::uint8_t {
   error,         ///< the runner itself could not go on
 };
 
+inline constexpr Verdict all_verdicts[]{Verdict::pass,         Verdict::pass_nonstrict, Verdict::fail,
+                                        Verdict::inconclusive, Verdict::unsupported,    Verdict::error};
+
+/// Whether the device does what it has to.
+[[nodiscard]] constexpr bool is_good(Verdict verdict) noexcept {
+  return verdict == Verdict::pass || verdict == Verdict::pass_nonstrict;
+}
+
 /// "pass", "pass-nonstrict", ...
 [[nodiscard]] const char* to_string(Verdict verdict) noexcept;
 

@@ -81,6 +81,14 @@ void visit_own_addresses(const Visit& visit) {
   }
 }
 
+bool in_one_subnet(const IpAddress& a, const IpAddress& b, const IpAddress& mask) {
+  bool same = a.v6 == b.v6;
+  for (std::size_t i = 0; i < a.bytes.size(); ++i) {
+    same = same && ((a.bytes[i] ^ b.bytes[i]) & mask.bytes[i]) == 0;
+  }
+  return same;
+}
+
 std::optional<OwnAddress> own_address(const IpAddress& address) {
   std::optional<OwnAddress> found;
   visit_own_addresses([&](const ifaddrs& one, const IpAddress& own) {
@@ -89,14 +97,8 @@ std::optional<OwnAddress> own_address(const IpAddress& address) {
       mask.assign(*one.ifa_netmask);
     }
     // All addresses in the subnet of a loopback interface are this host's: Linux answers on all 127.0.0.0/8.
-    bool same = own == address;
-    if (!same && (one.ifa_flags & IFF_LOOPBACK) != 0U && own.v6 == address.v6) {
-      same = true;
-      const IpAddress bits = mask.endpoint().address;
-      for (std::size_t i = 0; i < own.bytes.size(); ++i) {
-        same = same && ((own.bytes[i] ^ address.bytes[i]) & bits.bytes[i]) == 0;
-      }
-    }
+    const bool same = own == address || ((one.ifa_flags & IFF_LOOPBACK) != 0U &&
+                                         in_one_subnet(own, address, mask.endpoint().address));
     if (same) {
       found = OwnAddress{if_nametoindex(one.ifa_name), mask.endpoint().address};
     }
@@ -119,6 +121,21 @@ std::vector<IpAddress> own_addresses() {
 unsigned interface_of(const IpAddress& address) {
   const auto own = own_address(address);
   return own ? own->interface : 0;
+}
+
+std::optional<IpAddress> address_beside(const std::string& interface, const IpAddress& peer) {
+  std::optional<IpAddress> found;
+  visit_own_addresses([&](const ifaddrs& one, const IpAddress& own) {
+    SocketAddress mask;
+    if (one.ifa_netmask != nullptr) {
+      mask.assign(*one.ifa_netmask);
+    }
+    if (interface == one.ifa_name && in_one_subnet(own, peer, mask.endpoint().address)) {
+      found = own;
+    }
+    return found.has_value();
+  });
+  return found;
 }
 
 IpAddress mask_with_neighbours(const IpAddress& address) {

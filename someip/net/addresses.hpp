@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "someip/wire/endpoint.hpp"
@@ -35,6 +36,9 @@ class SocketAddress {
 
 /// All addresses that interfaces of this host have; of loopback's, only those that are told.
 [[nodiscard]] std::vector<IpAddress> own_addresses();
+
+/// The address that the interface of this name has in the subnet of `peer`; nothing when there is none.
+[[nodiscard]] std::optional<IpAddress> address_beside(const std::string& interface, const IpAddress& peer);
 
 /// The mask of the subnet that this address of ours is in; all zero where hosts are not asked for their link
 /// addresses (ARP, neighbour discovery).

@@ -5,20 +5,24 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/option.hpp"
+#include "bridge/cli/signals.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/commands/results_commands.hpp"
 #include "bridge/conform/profile.hpp"
 #include "bridge/conform/report.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
 #include "bridge/documents/document.hpp"
 #include "someip/net/address_text.hpp"
+#include "someip/net/addresses.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -30,6 +34,8 @@ struct Arguments {
   std::string profile;
   std::string tester;
   std::string device;
+  std::string interface;
+  std::uint64_t seed = 1;
   std::string level = "tc8";
   std::string role = "both";
   std::string folder = "conform-results";
@@ -87,6 +93,18 @@ std::optional<Profile> profile_of(const Arguments& arguments) {
   if (!arguments.device.empty()) {
     profile->device = address_of("--device", arguments.device);
   }
+  if (!arguments.interface.empty()) {
+    const auto own = someip::address_beside(arguments.interface, profile->device);
+    if (!own) {
+      throw CLI::ValidationError{"--interface", "'" + arguments.interface +
+                                                    "' has no address in the subnet of the device, " +
+                                                    someip::to_string(profile->device)};
+    }
+    profile->tester = *own;
+  }
+  if (profile->tester == profile->device) {
+    throw CLI::ValidationError{"--tester", "the device and the tester need two addresses"};
+  }
   return *profile;
 }
 
@@ -134,10 +152,7 @@ class Tree {
   explicit Tree(const RunInfo& info) : info_{info} {}
 
   void add(const CaseResult& result) {
-    // The first two parts: "sd.offer".
-    const std::string& id = result.what->id;
-    const auto dot = id.find('.', id.find('.') + 1);
-    if (const std::string area = id.substr(0, dot); area != area_) {
+    if (const std::string area = group_of(result.what->id); area != area_) {
       area_ = area;
       fmt::print("{}{}{}\n", colours_.bold, area, colours_.off);
     }
@@ -160,27 +175,64 @@ RunInfo info_of(const Arguments& arguments, const Profile& profile) {
   if (!arguments.device.empty()) {
     command += " --device " + arguments.device;
   }
+  if (!arguments.interface.empty()) {
+    command += " --interface " + arguments.interface;
+  }
+  command += fmt::format(" --seed {}", arguments.seed);
   return {.profile_file = arguments.profile,
           .device = profile.name,
           .device_version = profile.version,
           .folder = arguments.folder,
           .level = level_of(arguments.level),
+          .seed = arguments.seed,
           .command = std::move(command)};
 }
 
-int run(const Arguments& arguments) {
-  const std::vector<const Case*> cases = cases_of(arguments);
-  const auto profile = profile_of(arguments);
+/// What run and selftest begin with.
+struct Begun {
+  std::vector<const Case*> cases;
+  Profile profile;
+  RunInfo info;
+  std::shared_ptr<cli::Signals> signals;
+
+  /// Whether somebody pressed Ctrl-C, or the like.
+  [[nodiscard]] std::function<bool()> cancelled() const {
+    return [signals = signals, came = false]() mutable {
+      came = came || signals->next().has_value();
+      return came;
+    };
+  }
+};
+
+/// Nothing, after it has said why, when the profile cannot be used.
+std::optional<Begun> begin(const Arguments& arguments) {
+  std::vector<const Case*> cases = cases_of(arguments);
+  auto profile = profile_of(arguments);
   if (!profile) {
-    return cli::exit_usage;
+    return std::nullopt;
   }
   fs::create_directories(arguments.folder);
-  const RunInfo info = info_of(arguments, *profile);
+  RunInfo info = info_of(arguments, *profile);
+  // From here on they wait until somebody asks, so that the device is stopped and results are written.
+  return Begun{.cases = std::move(cases),
+               .profile = std::move(*profile),
+               .info = std::move(info),
+               .signals = std::make_shared<cli::Signals>(std::initializer_list<int>{SIGINT, SIGTERM})};
+}
+
+int run(const Arguments& arguments) {
+  const auto begun = begin(arguments);
+  if (!begun) {
+    return cli::exit_usage;
+  }
+  const auto& [cases, profile, info, signals] = *begun;
   Tree tree{info};
   Progress progress{cases.size()};
-  const RunResult result = run_cases(*profile, cases,
+  const RunResult result = run_cases(profile, cases,
                                      {.folder = arguments.folder,
                                       .programs = programs(),
+                                      .seed = arguments.seed,
+                                      .cancelled = begun->cancelled(),
                                       .on_begin = [&](const Case& one) { progress.begin(one.id); },
                                       .on_end =
                                           [&](const CaseResult& one) {
@@ -193,9 +245,11 @@ int run(const Arguments& arguments) {
   progress.clear();
   write(arguments.folder + "/junit.xml", junit_xml(result, info));
   write(arguments.folder + "/results.json", results_json(result, info));
-  fmt::print("{}\n{}results.json, junit.xml and a capture of each case are in {}{}\n",
-             summary(result, tree.colours()), tree.colours().dim, arguments.folder, tree.colours().off);
+  fmt::print("{}\n{}results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
+             summary(result, tree.colours()), tree.colours().dim, arguments.folder, arguments.seed,
+             tree.colours().off);
   const bool good =
+      !result.cancelled &&
       result.count(Verdict::fail) + result.count(Verdict::error) + result.count(Verdict::inconclusive) == 0;
   return good ? cli::exit_ok : cli::exit_failure;
 }
@@ -220,21 +274,21 @@ int explain(const Arguments& arguments) {
 }
 
 int check_itself(const Arguments& arguments) {
-  const std::vector<const Case*> cases = cases_of(arguments);
-  const auto profile = profile_of(arguments);
-  if (!profile) {
+  const auto begun = begin(arguments);
+  if (!begun) {
     return cli::exit_usage;
   }
-  fs::create_directories(arguments.folder);
-  const RunInfo info = info_of(arguments, *profile);
+  const auto& [cases, profile, info, signals] = *begun;
   Tree tree{info};
   const cli::Colours& colours = tree.colours();
   const SelftestResult result = selftest(
-      *profile, cases,
+      profile, cases,
       {.folder = arguments.folder,
        .programs = programs(),
        .only_faults = arguments.faults,
        .only_finders = arguments.quick,
+       .seed = arguments.seed,
+       .cancelled = begun->cancelled(),
        .on_case =
            [&](const CaseResult& one) {
              if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
@@ -263,8 +317,8 @@ int check_itself(const Arguments& arguments) {
              result.faults.size(),
              result.reference.cases.size() - result.reference.count(Verdict::unsupported) - blind.size(),
              result.reference.cases.size() - result.reference.count(Verdict::unsupported));
-  const bool good = result.found() == result.faults.size() && result.reference.count(Verdict::fail) == 0 &&
-                    result.reference.count(Verdict::error) == 0;
+  const bool good = !result.reference.cancelled && result.found() == result.faults.size() &&
+                    result.reference.count(Verdict::fail) == 0 && result.reference.count(Verdict::error) == 0;
   return good ? cli::exit_ok : cli::exit_failure;
 }
 
@@ -288,6 +342,12 @@ void add_device(CLI::App& command, Arguments& arguments) {
       ->required();
   command.add_option("--tester", arguments.tester, "Our own address, in place of that in the profile")
       ->type_name("IP");
+  command
+      .add_option("--interface", arguments.interface,
+                  "Our own address is that of this network interface in the subnet of the device")
+      ->type_name("IF")
+      ->excludes("--tester");
+  cli::option(command, "--seed", arguments.seed, "N", "Of everything random: the same seed, the same run");
   command
       .add_option("--device", arguments.device, "The address of the device, in place of that in the profile")
       ->type_name("IP");
@@ -335,6 +395,7 @@ void add_conform_command(CLI::App& app, int& status) {
       "  trestle conform selftest --dut examples/ets_device/profile.yaml --fault ack-ttl --quick\n"
       "Exit status: 0 when all faults are found and no case fails without a fault, 1 otherwise.",
       true);
+  add_results_commands(*conform, status);
   test_command->add_option("--fault", test_arguments->faults, "Only this fault; can be repeated")
       ->type_name("NAME");
   test_command->add_flag("--quick", test_arguments->quick, "Only cases that may find one of the faults");

@@ -1,6 +1,7 @@
 // bridge/conform/commands: `trestle conform`.
 //
-//   conform_command.hpp  run, list, explain, selftest
+//   conform_command.hpp   run, list, explain, selftest
+//   results_commands.hpp  diff, matrix: what was run before
 //
 // What is done stands in bridge/conform; here are the command line and what is printed.
 #pragma once

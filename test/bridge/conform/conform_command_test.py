@@ -7,6 +7,8 @@ import json
 import os
 import pathlib
 import re
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -47,6 +49,32 @@ class Conform(unittest.TestCase):
         suites = ElementTree.parse(self.folder / "junit.xml").getroot()
         self.assertEqual(sum(int(suite.get("tests")) for suite in suites), len(cases))
 
+    def test_writes_what_it_has_when_it_is_interrupted(self):
+        run = subprocess.Popen([TRESTLE, "conform", "run", "--dut", PROFILE, *ADDRESSES, "--seed", "3", "--out", self.folder],
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        for line in run.stdout:
+            if " pass " in line:
+                break
+        run.send_signal(signal.SIGINT)
+        text = run.communicate(timeout=60)[0]
+        self.assertEqual(run.returncode, 1, text)
+        self.assertIn("ended before all of them were run", text)
+        results = json.loads((self.folder / "results.json").read_text())
+        self.assertTrue(results["cancelled"])
+        self.assertEqual(results["seed"], 3)
+        self.assertGreater(len(results["cases"]), 0)
+        self.assertIn("--seed 3 ", results["cases"][0]["again"])
+        # The device is gone: its port can be had again.
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+            port.bind((ADDRESSES[1], 30501))
+
+    def test_takes_its_address_from_an_interface(self):
+        text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
+                       "--out", self.folder)
+        self.assertIn("1 pass", text)
+        self.assertIn("no address in the subnet", conform("run", "--dut", PROFILE, "--device", "192.0.2.1", "--interface", "lo",
+                                                          status=2))
+
     def test_finds_faults(self):
         text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
                        "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--quick",
@@ -61,6 +89,16 @@ class Conform(unittest.TestCase):
         text = conform("run", "sd.offer.ttl", "--dut", profile, *ADDRESSES, "--out", self.folder / "out", status=1)
         self.assertIn("TTL is 5 (0x5), expected 6 (0x6)", text)
         self.assertIn(b"OFFENDING: TTL is 5", (self.folder / "out" / "sd.offer.ttl.pcapng").read_bytes())
+        # And what broke since a run that was good.
+        good = self.folder / "good"
+        conform("run", "sd.offer.ttl", "rpc.response.comes", "--dut", PROFILE, *ADDRESSES, "--out", good)
+        text = conform("diff", good / "results.json", self.folder / "out", status=1)
+        self.assertRegex(text, r"broke \(1\)\n +sd\.offer\.ttl +pass -> fail: TTL is 5")
+        self.assertRegex(text, r"gone \(1\)\n +rpc\.response\.comes")
+        self.assertIn("mended (1)", conform("diff", self.folder / "out", good))
+        self.assertRegex(conform("matrix", good, self.folder / "out"), r"sd\.offer\.ttl +pass +fail\n")
+        self.assertIn("| sd.offer | 1/1 | 0/1 |", conform("matrix", good, self.folder / "out", "--format", "markdown"))
+        self.assertIn("missing/results.json", conform("diff", good, self.folder / "missing" / "results.json", status=2))
 
     def test_lists_and_explains(self):
         lines = conform("list", "sd.offer").splitlines()

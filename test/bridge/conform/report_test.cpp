@@ -35,8 +35,11 @@ RunResult sample() {
                 {.what = &comes, .outcome = {.verdict = Verdict::unsupported, .reason = "no"}}},
       .started = "2026-01-31T12:00:00Z"};
 }
-const RunInfo info{
-    .profile_file = "p.yaml", .device = "D", .folder = "out", .command = "trestle conform run --dut p.yaml"};
+const RunInfo info{.profile_file = "p.yaml",
+                   .device = "D",
+                   .folder = "out",
+                   .seed = 7,
+                   .command = "trestle conform run --dut p.yaml"};
 
 TEST(Report, TellsOfAFailureEverythingThatIsNeeded) {
   const std::string text = case_text(sample().cases.front(), info, {});
@@ -60,6 +63,8 @@ TEST(Report, IsJUnitXmlWithASuiteForEachArea) {
 TEST(Report, IsJsonWithASchema) {
   const auto json = nlohmann::json::parse(results_json(sample(), info));
   EXPECT_EQ(json["schema"], 1);
+  EXPECT_EQ(json["seed"], 7);
+  EXPECT_EQ(json["cancelled"], false);
   EXPECT_EQ(json["verdicts"]["fail"], 1);
   EXPECT_EQ(json["verdicts"]["pass"], 0);
   EXPECT_EQ(json["cases"][0]["id"], "sd.offer.ttl");
