@@ -152,6 +152,14 @@ inline void link_rediscovery_guard() noexcept {}
 void link_rediscovery_guard() noexcept;
 #endif
 
+/// Keeps a reader that is deleted while it is matched from ending the process: listener_guard.cpp. To be
+/// called likewise.
+#if TRESTLE_FASTDDS_3
+inline void link_listener_guard() noexcept {}
+#else
+void link_listener_guard() noexcept;
+#endif
+
 /// From now on no writer of this participant matches a reader whose user data tells another type hash than
 /// the writer's: nothing is sent there. Readers match such writers all the same, and have to drop what comes:
 /// a writer that keeps all would wait for one that does not acknowledge.

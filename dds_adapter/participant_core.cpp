@@ -62,6 +62,7 @@ ParticipantCore::ParticipantCore(const ParticipantConfig& config)
       on_writers_{config.on_writers} {
   fast::link_type_object_guard();
   fast::link_rediscovery_guard();
+  fast::link_listener_guard();
   fast::link_sanitizer_hints();
   if (config.domain > max_domain) {
     throw DdsError{"DDS domain " + std::to_string(config.domain) + " is out of range: 0 to " +
