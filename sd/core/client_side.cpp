@@ -335,8 +335,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   // subscriptions. Nobody subscribes to who offers nothing.
   std::uint16_t at = slots::Remote::none;
   const auto is_meant = [&](const slots::Remote& remote) {
-    if (remote.peer != arrival.peer || remote.service != entry.service || remote.instance != entry.instance ||
-        remote.major != entry.major ||
+    if (remote.peer != arrival.peer || remote.instance != entry.instance || remote.major != entry.major ||
         !(name.empty() || has_name(remote.service, remote.configuration, name))) {
       return false;
     }
@@ -347,7 +346,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     }
     return at != slots::Remote::none;
   };
-  if (peers_[arrival.peer].remotes == 0 || remotes_.search(is_meant) == nullptr) {
+  if (peers_[arrival.peer].remotes == 0 || search_remotes(entry.service, is_meant) == nullptr) {
     count(counters_.ignored_unexpected_ack);
     return;
   }

@@ -180,13 +180,10 @@ TRESTLE_ONCE bool same_access(const slots::Remote& a, const slots::Remote& b) no
 
 // Offers repeat the name of a service of another protocol; other entries may leave it out.
 slots::Remote* ServiceDiscovery::remote_of(const Entry& entry, std::string_view name) const noexcept {
-  return remotes_.search(
-      [&](const slots::Remote& remote) {
-        return remote.service == entry.service && remote.instance == entry.instance &&
-               remote.major == entry.major &&
-               (name.empty() || has_name(remote.service, remote.configuration, name));
-      },
-      name.empty() && entry.service == other_protocols);
+  return search_remotes(entry.service, [&](const slots::Remote& remote) {
+    return remote.instance == entry.instance && remote.major == entry.major &&
+           (name.empty() || has_name(remote.service, remote.configuration, name));
+  });
 }
 
 bool ServiceDiscovery::read_offer(const Entry& entry, const Arrival& arrival,
@@ -252,6 +249,9 @@ slots::Remote* ServiceDiscovery::add_remote(slots::Remote& offered, bool is_take
   }
   static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
   *remote = offered;
+  if (const std::span<ServiceId> ids{remote_ids_}; optimised_for_many && !ids.empty()) {
+    ids[remote->index] = remote->service;
+  }
   remote->is_wanted = wanting > 0;
   ++peers_[remote->peer].remotes;
   if constexpr (guards) {

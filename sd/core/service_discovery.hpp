@@ -11,6 +11,8 @@
 //   entry_options.hpp      what the options of an entry mean
 //   device/                a whole UDP device in one object, for firmware
 #pragma once
+#include <algorithm>
+
 #include "sd/core/bounded_queue.hpp"
 #include "sd/core/entry_options.hpp"
 #include "sd/core/random.hpp"
@@ -534,6 +536,23 @@ class ServiceDiscovery {
   [[nodiscard]] bool read_offer(const Entry& entry, const Arrival& arrival, slots::Remote& offered) noexcept;
   [[nodiscard]] bool keep_configuration_of(slots::Remote& offered, bool required) noexcept;
   [[nodiscard]] slots::Remote* remote_of(const Entry& entry, std::string_view name) const noexcept;
+  /// The first one of that service that `wanted` is true for; nothing when there is none.
+  template <typename Wanted>
+  [[nodiscard]] slots::Remote* search_remotes(ServiceId service, Wanted wanted) const noexcept {
+    if (const std::span<ServiceId> kept{remote_ids_}; optimised_for_many && !kept.empty()) {
+      const std::span<ServiceId> ids = kept.first(remotes_.used_end());
+      for (auto at = std::ranges::find(ids, service); at != ids.end();
+           at = std::find(at + 1, ids.end(), service)) {
+        slots::Remote& remote = remotes_[static_cast<std::uint16_t>(at - ids.begin())];
+        if (remote.slot_state == SlotBase::State::in_use && wanted(std::as_const(remote))) {
+          return &remote;
+        }
+      }
+      return nullptr;
+    }
+    return remotes_.find_if(
+        [&](const slots::Remote& remote) { return remote.service == service && wanted(remote); });
+  }
   [[nodiscard]] slots::Remote* add_remote(slots::Remote& offered, bool is_taken_over,
                                           const Arrival& arrival) noexcept;
   [[nodiscard]] slots::Remote* new_remote(std::size_t wanting, const Arrival& arrival) noexcept;
@@ -616,6 +635,7 @@ class ServiceDiscovery {
   TimePoint questions_due_ = never;     // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
+  [[no_unique_address]] slots::ServiceIds remote_ids_;
   Table<slots::Requirement> requirements_;
   Table<slots::Subscription> subscriptions_;
   Table<slots::Offer> offers_;

@@ -139,6 +139,15 @@ struct Remote : SlotBase {
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
+// Instead of ServiceIds where there is no memory for it.
+struct NoServiceIds {
+  constexpr explicit operator std::span<ServiceId>() const noexcept { return {}; }
+};
+/// The service of each place for a remote service, by its index, also of places that are not in use any more.
+/// A search among thousands reads these, and not the places, which lie far apart. Kept where there is memory
+/// for it.
+using ServiceIds = std::conditional_t<optimised_for_many, std::span<ServiceId>, NoServiceIds>;
+
 /// What is remembered of a host that was asked by a service and did not answer: otherwise each offer that
 /// differs would begin the questions anew.
 struct Silence {
@@ -267,6 +276,7 @@ struct StorageView {
   std::span<std::byte> configuration_bytes;
   std::span<slots::ConfigurationBlock> configurations;
   std::span<slots::Silence> silences;
+  [[no_unique_address]] slots::ServiceIds remote_ids{};  ///< for each of `remotes`, or none
 };
 
 /// The memory of one ServiceDiscovery, about 280 KB with the default limits: have it as a static, a member,
@@ -281,11 +291,13 @@ class Storage {
 
  public:
   [[nodiscard]] StorageView view() noexcept {
-    return {memory_.offers.view(),         memory_.eventgroups.view(),     memory_.subscribers.view(),
-            memory_.requirements.view(),   memory_.subscriptions.view(),   memory_.remotes.view(),
-            memory_.peers.view(),          memory_.tcp_connections.view(), memory_.pending.view(),
-            memory_.pending_events.view(), memory_.configuration_bytes,    memory_.configurations.view(),
-            memory_.silences.view()};
+    return {memory_.offers.view(),        memory_.eventgroups.view(),
+            memory_.subscribers.view(),   memory_.requirements.view(),
+            memory_.subscriptions.view(), memory_.remotes.view(),
+            memory_.peers.view(),         memory_.tcp_connections.view(),
+            memory_.pending.view(),       memory_.pending_events.view(),
+            memory_.configuration_bytes,  memory_.configurations.view(),
+            memory_.silences.view(),      memory_.ids_view()};
   }
 
  private:
@@ -312,6 +324,17 @@ class Storage {
         configuration_bytes;
     Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;
     Slots<slots::Silence, guards ? limits.max_silent_hosts : std::uint16_t{0}> silences;
+    [[no_unique_address]] std::conditional_t<optimised_for_many, Slots<ServiceId, limits.max_remote_services>,
+                                             slots::NoServiceIds>
+        remote_ids;
+
+    slots::ServiceIds ids_view() noexcept {
+      if constexpr (optimised_for_many) {
+        return remote_ids.view();
+      } else {
+        return {};
+      }
+    }
   };
 
   Memory memory_{};

@@ -41,6 +41,8 @@ class TableBase {
     slot.set_loss(reason);
   }
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// All slots from this index on are empty.
+  [[nodiscard]] std::size_t used_end() const noexcept { return used_end_; }
   [[nodiscard]] std::size_t free_slots() const noexcept;
 
  protected:
@@ -94,7 +96,7 @@ class TableBase {
 
   std::uint16_t size_;
   std::uint16_t slot_bytes_;
-  std::uint16_t used_end_ = 0;       // all slots from here on are empty
+  std::uint16_t used_end_ = 0;
   mutable std::uint16_t found_ = 0;  // by the last search()
 };
 

@@ -21,13 +21,14 @@ class HeapStorage {
         pending_events_(limits.max_pending_events),
         configuration_bytes_((limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes),
         configurations_(limits.max_configurations),
-        silences_(limits.max_silent_hosts) {}
+        silences_(limits.max_silent_hosts),
+        remote_ids_(limits.max_remote_services) {}
 
   [[nodiscard]] StorageView view() noexcept {
     return {
-        offers_,  eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
-        peers_,   tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_,
-        silences_};
+        offers_,   eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
+        peers_,    tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_,
+        silences_, remote_ids_};
   }
 
  private:
@@ -44,6 +45,7 @@ class HeapStorage {
   std::vector<std::byte> configuration_bytes_;
   std::vector<slots::ConfigurationBlock> configurations_;
   std::vector<slots::Silence> silences_;
+  std::vector<ServiceId> remote_ids_;
 };
 
 }  // namespace trestle::sd
