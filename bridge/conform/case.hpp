@@ -5,7 +5,8 @@
 //   stimulus.hpp   what is sent, as bytes, right or wrong on purpose
 //   tester.hpp     sockets of our own; packet.hpp, capture_writer.hpp: the evidence
 //   profile.hpp    what is known of the device; device.hpp: starts and stops it
-//   verdict.hpp    what becomes of a case; runner.hpp: runs cases; selftest.hpp: runs them against faults
+//   verdict.hpp    what becomes of a case; runner.hpp: runs cases; parallel.hpp: several devices at once;
+//                  selftest.hpp: runs them against faults
 //   report.hpp     results as text, JUnit XML and JSON
 //   results_file.hpp, compare_runs.hpp  JSON results read again, and compared
 //   catalogue.hpp  requirements and TC8 cases

@@ -228,10 +228,18 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
 
 std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,
                       const std::string& fault) {
-  const std::array<std::pair<std::string, std::string>, 6> words{
+  std::string event_group = "224.244.224.246";
+  for (const EventgroupProfile& group : profile.service().eventgroups) {
+    if (group.multicast) {
+      event_group = someip::to_string(group.multicast->address);
+      break;
+    }
+  }
+  const std::array<std::pair<std::string, std::string>, 7> words{
       {{"{device}", someip::to_string(profile.device)},
        {"{tester}", someip::to_string(profile.tester)},
        {"{multicast}", someip::to_string(profile.multicast)},
+       {"{event_multicast}", event_group},
        {"{sd_port}", std::to_string(profile.sd_port)},
        {"{programs}", programs},
        {"{fault}", fault}}};

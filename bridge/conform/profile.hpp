@@ -119,8 +119,8 @@ struct Profile {
 [[nodiscard]] tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::string& text,
                                                                                   const std::string& file);
 
-/// `command` with {device}, {tester}, {multicast}, {sd_port}, {programs} (the folder of the running program)
-/// and {fault} replaced.
+/// `command` with {device}, {tester}, {multicast}, {event_multicast} (of the first eventgroup that has one),
+/// {sd_port}, {programs} (the folder of the running program) and {fault} replaced.
 [[nodiscard]] std::string filled_in(const std::string& command, const Profile& profile,
                                     const std::string& programs, const std::string& fault = {});
 

@@ -175,6 +175,9 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
   try {
     await_device(run);
     for (const Case* one : cases) {
+      if (options.skip && options.skip(*one)) {
+        continue;
+      }
       if (options.on_begin) {
         options.on_begin(*one);
       }

@@ -41,6 +41,8 @@ struct RunOptions {
   /// Asked again and again, also while a case waits; true ends the run, and what was found so far is
   /// returned.
   std::function<bool()> cancelled{};
+  /// Asked right before a case; true leaves it out, also from the result.
+  std::function<bool(const Case& one)> skip{};
   std::function<void(const Case& one)> on_begin{};
   std::function<void(const CaseResult& result)> on_end{};
 };

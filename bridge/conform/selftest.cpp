@@ -4,9 +4,12 @@
 #include <array>
 #include <cstdio>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+
+#include "bridge/conform/parallel.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -33,27 +36,61 @@ std::string output_of(const std::string& command) {
   return all;
 }
 
-FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::vector<const Case*>& chosen,
-                      const SelftestOptions& options) {
+bool may_find(const Case& one, const FaultRow& fault) {
+  return std::ranges::any_of(fault.finders,
+                             [&](const std::string& text) { return conform::chosen(one, text); });
+}
+
+bool passed(const CaseResult& one) {
+  return one.outcome.verdict == Verdict::pass || one.outcome.verdict == Verdict::pass_nonstrict;
+}
+
+/// What is known so far, of all workers.
+class Known {
+ public:
+  [[nodiscard]] bool has_failed(const Case* one) {
+    const std::scoped_lock lock{mutex_};
+    return failed_.contains(one);
+  }
+  void failed(const Case* one) {
+    const std::scoped_lock lock{mutex_};
+    failed_.insert(one);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::set<const Case*> failed_;
+};
+
+FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::vector<const Case*>& cases,
+                      const SelftestOptions& options, Known& known) {
   FaultResult result{.fault = fault};
   std::vector<const Case*> finders;
-  std::ranges::copy_if(chosen, std::back_inserter(finders), [&](const Case* one) {
-    return std::ranges::any_of(fault.finders,
-                               [&](const std::string& text) { return conform::chosen(*one, text); });
-  });
-  const RunResult run = run_cases(profile, finders,
-                                  {.folder = options.folder,
-                                   .programs = options.programs,
-                                   .fault = fault.name,
-                                   .seed = options.seed,
-                                   .keep_evidence = false,
-                                   .cancelled = options.cancelled});
-  for (const CaseResult& one : run.cases) {
-    ++result.tried;
-    if (one.outcome.verdict == Verdict::fail) {
-      result.found_by.push_back(one.what->id);
-    }
-  }
+  std::ranges::copy_if(cases, std::back_inserter(finders),
+                       [&](const Case* one) { return may_find(*one, fault); });
+  // Those first that have not shown yet that they can fail.
+  std::ranges::stable_partition(finders, [&](const Case* one) { return !known.has_failed(one); });
+  RunOptions how{.folder = options.folder,
+                 .programs = options.programs,
+                 .fault = fault.name,
+                 .seed = options.seed,
+                 .keep_evidence = false,
+                 .cancelled = options.cancelled,
+                 .skip =
+                     [&](const Case& one) {
+                       return !options.every_pair && !result.found_by.empty() && known.has_failed(&one);
+                     },
+                 .on_end =
+                     [&](const CaseResult& one) {
+                       ++result.tried;
+                       if (one.outcome.verdict == Verdict::fail) {
+                         result.found_by.push_back(one.what->id);
+                         known.failed(one.what);
+                       } else if (!passed(one)) {
+                         result.unjudged.push_back(one.what->id);
+                       }
+                     }};
+  (void)run_cases(profile, finders, how);
   return result;
 }
 
@@ -81,8 +118,7 @@ std::vector<std::string> SelftestResult::blind_cases() const {
   }
   std::vector<std::string> blind;
   for (const CaseResult& one : reference.cases) {
-    const Verdict verdict = one.outcome.verdict;
-    if ((verdict == Verdict::pass || verdict == Verdict::pass_nonstrict) && !failed.contains(one.what->id)) {
+    if (passed(one) && !failed.contains(one.what->id)) {
       blind.push_back(one.what->id);
     }
   }
@@ -107,35 +143,36 @@ SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& 
   std::vector<const Case*> cases = chosen;
   if (options.only_finders) {
     std::erase_if(cases, [&](const Case* one) {
-      return std::ranges::none_of(faults, [&](const FaultRow& fault) {
-        return std::ranges::any_of(fault.finders,
-                                   [&](const std::string& text) { return conform::chosen(*one, text); });
-      });
+      return std::ranges::none_of(faults, [&](const FaultRow& fault) { return may_find(*one, fault); });
     });
   }
+  const std::vector<Profile> profiles = neighbours(profile, options.jobs);
   SelftestResult result;
-  result.reference = run_cases(profile, cases,
-                               {.folder = options.folder,
-                                .programs = options.programs,
-                                .seed = options.seed,
-                                .cancelled = options.cancelled,
-                                .on_end = options.on_case});
+  result.reference = run_side_by_side(profiles, cases,
+                                      {.folder = options.folder,
+                                       .programs = options.programs,
+                                       .seed = options.seed,
+                                       .cancelled = options.cancelled,
+                                       .on_end = options.on_case});
   // A case that the device does not even pass without a fault finds nothing.
   std::erase_if(cases, [&](const Case* one) {
-    return std::ranges::none_of(result.reference.cases, [&](const CaseResult& done) {
-      return done.what == one &&
-             (done.outcome.verdict == Verdict::pass || done.outcome.verdict == Verdict::pass_nonstrict);
-    });
+    return std::ranges::none_of(result.reference.cases,
+                                [&](const CaseResult& done) { return done.what == one && passed(done); });
   });
-  for (const FaultRow& fault : faults) {
+  result.faults.resize(faults.size());
+  Known known;
+  std::mutex mutex;
+  share_work(static_cast<unsigned>(profiles.size()), faults.size(), [&](unsigned worker, std::size_t index) {
+    result.faults[index].fault = faults[index];
     if (options.cancelled && options.cancelled()) {
-      break;
+      return;
     }
-    result.faults.push_back(try_fault(fault, profile, cases, options));
+    result.faults[index] = try_fault(faults[index], profiles[worker], cases, options, known);
     if (options.on_fault) {
-      options.on_fault(result.faults.back());
+      const std::scoped_lock lock{mutex};
+      options.on_fault(result.faults[index]);
     }
-  }
+  });
   return result;
 }
 

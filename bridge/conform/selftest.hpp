@@ -23,6 +23,7 @@ struct FaultResult {
   FaultRow fault{};
   std::vector<std::string> found_by{};  ///< ids of the cases that fail
   std::size_t tried = 0;                ///< cases
+  std::vector<std::string> unjudged{};  ///< ids of the cases that were inconclusive, or an error
 };
 
 struct SelftestResult {
@@ -41,8 +42,13 @@ struct SelftestOptions {
   /// Only the cases that may find one of the faults.
   bool only_finders = false;
   std::uint64_t seed = 1;
-  std::function<bool()> cancelled{};                        ///< as in RunOptions
-  std::function<void(const CaseResult& result)> on_case{};  ///< without a fault
+  std::function<bool()> cancelled{};  ///< as in RunOptions
+  /// Every case that may find a fault, also when nothing new can be learned: the fault is found already, and
+  /// the case has failed with another one.
+  bool every_pair = false;
+  unsigned jobs = 1;  ///< devices at once, where the profile can start several
+  /// Called by one thread at a time, in any order. Without a fault:
+  std::function<void(const CaseResult& result)> on_case{};
   std::function<void(const FaultResult& result)> on_fault{};
 };
 

@@ -40,6 +40,15 @@ unsigned port_of(int fd) {
   return ntohs(own.sin_port);
 }
 
+bool is_multicast(const msghdr& message) {
+  sockaddr_in to{};
+  if (message.msg_name == nullptr || message.msg_namelen < sizeof to) {
+    return false;
+  }
+  std::memcpy(&to, message.msg_name, sizeof to);
+  return to.sin_family == AF_INET && IN_MULTICAST(ntohl(to.sin_addr.s_addr));
+}
+
 void put_out(int fd, void* to, socklen_t to_size, Span bytes, int flags) {
   iovec part{bytes.data(), bytes.size()};
   msghdr message{};
@@ -74,7 +83,8 @@ ssize_t send_with_fault(int fd, const msghdr& message, int flags) {
     const auto from = all.begin() + static_cast<std::ptrdiff_t>(at);
     Outgoing out{.bytes = {from, from + static_cast<std::ptrdiff_t>(std::min(step, all.size() - at))},
                  .stream = is_stream(fd),
-                 .port = port_of(fd)};
+                 .port = port_of(fd),
+                 .multicast = is_multicast(message)};
     chosen->out(out);
     for (int copy = 0; copy < out.copies; ++copy) {
       put_out(fd, message.msg_name, message.msg_namelen, out.bytes, flags);

@@ -18,8 +18,9 @@ using Span = std::span<std::uint8_t>;
 struct Outgoing {
   Bytes bytes;
   bool stream = false;
-  unsigned port = 0;  ///< of the device
-  int copies = 1;     ///< 0: it gets lost
+  unsigned port = 0;       ///< of the device
+  bool multicast = false;  ///< it goes to a multicast group
+  int copies = 1;          ///< 0: it gets lost
 };
 /// One that has come, before the device sees it. What is put into `answers` goes back to its sender.
 struct Incoming {

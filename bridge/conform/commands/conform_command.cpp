@@ -16,6 +16,7 @@
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/commands/results_commands.hpp"
+#include "bridge/conform/parallel.hpp"
 #include "bridge/conform/profile.hpp"
 #include "bridge/conform/report.hpp"
 #include "bridge/conform/runner.hpp"
@@ -42,6 +43,8 @@ struct Arguments {
   std::vector<std::string> faults;
   bool quiet = false;
   bool quick = false;
+  bool every_pair = false;
+  unsigned jobs = default_jobs();
 };
 
 Level level_of(const std::string& word) {
@@ -289,6 +292,8 @@ int check_itself(const Arguments& arguments) {
        .only_finders = arguments.quick,
        .seed = arguments.seed,
        .cancelled = begun->cancelled(),
+       .every_pair = arguments.every_pair,
+       .jobs = arguments.jobs,
        .on_case =
            [&](const CaseResult& one) {
              if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
@@ -398,6 +403,12 @@ void add_conform_command(CLI::App& app, int& status) {
   add_results_commands(*conform, status);
   test_command->add_option("--fault", test_arguments->faults, "Only this fault; can be repeated")
       ->type_name("NAME");
+  cli::option(
+      *test_command, "--jobs", test_arguments->jobs, "N",
+      "So many devices at once, on loopback; cases mostly wait, so that may be more than there are cores")
+      ->check(CLI::Range(1, 64));
+  test_command->add_flag("--every", test_arguments->every_pair,
+                         "Every case that may find a fault, also when it is found already");
   test_command->add_flag("--quick", test_arguments->quick, "Only cases that may find one of the faults");
 }
 
