@@ -77,6 +77,25 @@ constexpr NeedRule need_rules[]{
      [](const Profile& p) {
        return p.timing.repetitions_max.value_or(0) > 0 && p.timing.repetitions_base_delay.has_value();
      }},
+    {Need::multicast_threshold, "no eventgroup with a multicast threshold above 1, and a trigger",
+     [](const Profile& p) {
+       return any_group(p.service(), [](const auto& one) {
+         return one.multicast && one.trigger && one.multicast_threshold > 1;
+       });
+     }},
+    {Need::load_balancing, "no service with load balancing",
+     [](const Profile& p) {
+       return std::ranges::any_of(p.services, [](const auto& one) { return one.load_balancing.has_value(); });
+     }},
+    {Need::configuration, "no service with a configuration",
+     [](const Profile& p) {
+       return std::ranges::any_of(p.services, [](const auto& one) { return !one.configuration.empty(); });
+     }},
+    {Need::two_versions, "no service in two major versions",
+     [](const Profile& p) {
+       return std::ranges::any_of(p.services,
+                                  [&](const auto& one) { return other_version(p, one) != nullptr; });
+     }},
     {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
     {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
 };

@@ -56,7 +56,13 @@ enum class Need : std::uint32_t {
   ets = 1U << 13U,
   tp = 1U << 14U,
   tcp_eventgroup = 1U << 15U,
-  stop = 1U << 16U,  ///< the device can be stopped, not just restarted
+  stop = 1U << 16U,                 ///< the device can be stopped, not just restarted
+  multicast_threshold = 1U << 17U,  ///< an eventgroup that goes from unicast to multicast
+  load_balancing = 1U << 18U,       ///< a service whose offers say how it is to be chosen
+  configuration = 1U << 19U,        ///< a service whose offers have configuration items
+  two_versions = 1U << 20U,         ///< two major versions of one instance
+  e2e = 1U << 21U,                  ///< methods with end-to-end protection
+  client = 1U << 22U,               ///< the device uses a service
 };
 [[nodiscard]] constexpr Need operator|(Need a, Need b) noexcept {
   return static_cast<Need>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));

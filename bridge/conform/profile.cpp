@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -79,6 +80,8 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   section.read_list("events", id<someip::MethodId>(), group.events, marks);
   section.read("initial_values", truth(), group.initial_values);
   section.read("tcp", truth(), group.tcp);
+  section.read("multicast_threshold", as<std::size_t>(whole_number(0, 1000)), group.multicast_threshold);
+  read_optional(section, "trigger", id<someip::MethodId>(0x7fff), group.trigger);
   if (!section.is_missing("multicast")) {
     Section multicast{section.child("multicast"), "multicast", problems};
     Endpoint endpoint;
@@ -124,6 +127,17 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     field.require("eventgroup", id<someip::EventgroupId>(), service.field->eventgroup);
     field.finish();
   }
+  if (!section.is_missing("load_balancing")) {
+    Section balancing{section.child("load_balancing"), "load_balancing", problems};
+    service.load_balancing.emplace();
+    balancing.require("priority", as<std::uint16_t>(whole_number(0, 0xffff)),
+                      service.load_balancing->priority);
+    balancing.require("weight", as<std::uint16_t>(whole_number(0, 0xffff)), service.load_balancing->weight);
+    balancing.finish();
+  }
+  std::vector<documents::Mark> marks;
+  section.read_list("configuration", documents::any_text("an item, such as 'key=value'"),
+                    service.configuration, marks);
   if (!service.udp_port && !service.tcp_port) {
     problems.error(section.mark(), "service: expected a port, udp or tcp");
   }
@@ -224,6 +238,13 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     return tl::unexpected{problems.take()};
   }
   return profile;
+}
+
+const ServiceProfile* other_version(const Profile& profile, const ServiceProfile& service) {
+  const auto found = std::ranges::find_if(profile.services, [&](const ServiceProfile& one) {
+    return one.service == service.service && one.instance == service.instance && one.major != service.major;
+  });
+  return found == profile.services.end() ? nullptr : &*found;
 }
 
 std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,

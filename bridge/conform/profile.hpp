@@ -15,8 +15,10 @@ struct EventgroupProfile {
   someip::EventgroupId id{};
   std::vector<someip::MethodId> events{};
   std::optional<Endpoint> multicast{};  ///< where its events go to when it is a multicast eventgroup
-  bool initial_values = false;          ///< it has fields, so that subscribers get their values
-  bool tcp = false;                     ///< it has events that need TCP
+  std::size_t multicast_threshold = 1;  ///< so many subscribers at least; else they get events by unicast
+  std::optional<someip::MethodId> trigger{};  ///< a method without return that makes it send its events
+  bool initial_values = false;                ///< it has fields, so that subscribers get their values
+  bool tcp = false;                           ///< it has events that need TCP
 };
 
 /// A method that any device may have: a request that is answered without an error.
@@ -32,6 +34,12 @@ struct FieldProfile {
   someip::EventgroupId eventgroup{};
 };
 
+/// What an offer says of its place among the instances of a service.
+struct LoadBalancingProfile {
+  std::uint16_t priority = 0;
+  std::uint16_t weight = 0;
+};
+
 struct ServiceProfile {
   someip::ServiceId service{};
   someip::InstanceId instance{};
@@ -44,6 +52,8 @@ struct ServiceProfile {
   std::optional<RequestProfile> request{};
   std::optional<someip::MethodId> fire_and_forget{};
   std::optional<FieldProfile> field{};
+  std::optional<LoadBalancingProfile> load_balancing{};  ///< of its offers
+  std::vector<std::string> configuration{};              ///< of its offers: "key", "key=" or "key=value"
 };
 
 /// When the device sends by itself, as it is configured; nothing: not known.
@@ -112,6 +122,9 @@ struct Profile {
     return !lifecycle.start.empty() || !lifecycle.restart.empty() || lifecycle.ask_operator;
   }
 };
+
+/// The same instance in another major version; nothing: there is none.
+[[nodiscard]] const ServiceProfile* other_version(const Profile& profile, const ServiceProfile& service);
 
 /// Reads a profile.
 /// @param file  its name, for messages.

@@ -18,10 +18,6 @@ constexpr int tries = 3;
 /// this long.
 constexpr Duration settling = 30ms;
 
-bool is_sd_port(const Packet& packet, const Tester& tester) {
-  return packet.to == tester.sd() || packet.to == tester.sd_group();
-}
-
 }  // namespace
 
 std::string hex(ByteView bytes) {
@@ -119,11 +115,16 @@ Attempt Trial::attempt() const {
 
 // --- Service discovery ------------------------------------------------------------------------------------
 
+bool Trial::is_sd(const Packet& packet) const {
+  return packet.to == tester.sd() || packet.to == tester.sd_group() ||
+         std::ranges::find(sd_endpoints_, packet.to) != sd_endpoints_.end();
+}
+
 std::vector<SeenEntry> Trial::entries_since(std::size_t since, const EntryIs& wanted) {
   std::vector<SeenEntry> all;
   for (std::size_t at = since; at < tester.packets().size(); ++at) {
     Packet& packet = tester.packets()[at];
-    if (packet.sent || packet.from.address != profile.device || !is_sd_port(packet, tester)) {
+    if (packet.sent || packet.from.address != profile.device || !is_sd(packet)) {
       continue;
     }
     for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {
@@ -362,7 +363,7 @@ std::vector<SeenMessage> Trial::messages_since(std::size_t since, const MessageI
   std::vector<SeenMessage> all;
   for (std::size_t at = since; at < tester.packets().size(); ++at) {
     Packet& packet = tester.packets()[at];
-    if (packet.sent || packet.from.address != profile.device || is_sd_port(packet, tester)) {
+    if (packet.sent || packet.from.address != profile.device || is_sd(packet)) {
       continue;
     }
     for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {

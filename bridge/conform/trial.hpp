@@ -114,6 +114,8 @@ class Trial {
     tester.receive_now();
     return tester.packets().size();
   }
+  /// From now on SD messages to this endpoint of ours count, too: one that an SD endpoint option names.
+  void hear_sd_at(const Endpoint& endpoint) { sd_endpoints_.push_back(endpoint); }
   using EntryIs = std::function<bool(const SeenEntry& seen)>;
   /// The entries that the device sent since then.
   [[nodiscard]] std::vector<SeenEntry> entries_since(std::size_t since, const EntryIs& wanted);
@@ -234,6 +236,7 @@ class Trial {
     }
   }
 
+  [[nodiscard]] bool is_sd(const Packet& packet) const;
   bool answers_find();
   bool answers_request();
 
@@ -243,6 +246,7 @@ class Trial {
   std::optional<PortId> tcp_;
   std::uint16_t session_ = 0;
   std::vector<SdStimulus> subscriptions_;
+  std::vector<Endpoint> sd_endpoints_;
   std::vector<Difference> differences_;
   std::string nonstrict_;
 };

@@ -23,6 +23,7 @@ constexpr MethodId event_array{0x8002};
 constexpr MethodId event_reliable{0x8003};
 constexpr MethodId event_e2e{0x8004};
 constexpr MethodId event_multicast{0x800b};
+constexpr MethodId event_two_receivers{0x800c};
 constexpr MethodId field_uint8{0x8006};
 constexpr MethodId field_array{0x8007};
 
@@ -70,7 +71,11 @@ sd::ServiceSpec Service::description() {
       {.id = EventgroupId{6},
        .events = {event_multicast},
        .multicast = trestle::Endpoint{places_.event_group, static_cast<std::uint16_t>(places_.port + 10)},
-       .multicast_threshold = 1}};
+       .multicast_threshold = 1},
+      {.id = EventgroupId{7},
+       .events = {event_two_receivers},
+       .multicast = trestle::Endpoint{places_.event_group, static_cast<std::uint16_t>(places_.port + 11)},
+       .multicast_threshold = 2}};
   spec.tcp_events = {event_reliable};
   return spec;
 }
@@ -97,6 +102,7 @@ void Service::add_methods(sd::ServiceSpec& spec) {
   triggers(0x05, event_reliable, pack(std::uint8_t{43}));
   triggers(0x06, event_e2e, pack(E2eShaped{1, 2, 3, 4, 5}));
   triggers(0x3a, event_multicast, pack(std::uint8_t{44}));
+  triggers(0x70, event_two_receivers, pack(std::uint8_t{45}));
 }
 
 void Service::add_echoes(sd::ServiceSpec& spec) {
@@ -227,7 +233,15 @@ std::vector<sd::ServiceSpec> companions(const Places& places) {
                            .tcp_port = port,
                            .methods = {echo<std::uint8_t>(0x08)}};
   };
-  return {one(service, 2, static_cast<std::uint16_t>(places.port + 1)), one(second_service, 1, places.port)};
+  sd::ServiceSpec second = one(second_service, 1, places.port);
+  second.options.load_balancing = sd::LoadBalancingOption{.priority = 3, .weight = 250};
+  second.configuration = {{"place", "front"}, {"place", "rear"}, {"spare", ""}, {"flag"}};
+  const auto other_port = static_cast<std::uint16_t>(places.port + 2);
+  sd::ServiceSpec newer = one(old_and_new, 1, other_port);
+  newer.major = 2;
+  newer.minor = 7;
+  return {one(service, 2, static_cast<std::uint16_t>(places.port + 1)), std::move(second),
+          one(old_and_new, 1, other_port), std::move(newer)};
 }
 
 }  // namespace ets

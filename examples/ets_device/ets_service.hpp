@@ -22,6 +22,7 @@ struct Places {
 
 constexpr ServiceId service{0x0101};         // as the specification reserves it
 constexpr ServiceId second_service{0x0102};  // shares the ports of the first
+constexpr ServiceId old_and_new{0x0103};     // in two major versions
 
 /// The Enhanced Testability Service: methods that echo what they get, fields, and events that can be
 /// triggered, so that a tester can look at a SOME/IP stack from outside.
@@ -48,7 +49,8 @@ class Service {
   boost::asio::steady_timer resume_;
 };
 
-/// The same service once more, as instance 2, and the second service: each with one echo.
+/// Each with one echo: the same service once more, as instance 2; the second service, whose offer says more
+/// than those of the others; and a service in two major versions.
 [[nodiscard]] std::vector<sd::ServiceSpec> companions(const Places& places);
 
 }  // namespace ets

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "faults.hpp"
@@ -218,6 +219,9 @@ In answer_if(bool (*wanted)(Span), unsigned type, unsigned code) {
   };
 }
 
+/// Address and port of the last Subscribe, for faults that need them.
+std::array<unsigned, 2> last_subscriber{};
+
 }  // namespace
 
 const std::vector<Fault>& faults() {
@@ -287,9 +291,9 @@ const std::vector<Fault>& faults() {
          }
        })},
       {"no-cyclic-offers", "sd.phase.cyclic,sd.header.session-counts", "there are no cyclic offers", [](Outgoing& out) {
-         // Those of the start-up go out within a second; three services make a message each, or share one.
+         // Those of the start-up go out within a second; five services make a message each, or share one.
          static int offers = 0;
-         if (out.multicast && any_entry(out.bytes, is_offer) && ++offers > 12) {
+         if (out.multicast && any_entry(out.bytes, is_offer) && ++offers > 20) {
            out.copies = 0;
          }
        }},
@@ -336,6 +340,97 @@ const std::vector<Fault>& faults() {
        }},
 
       {"no-offers", "sd.phase.initial", "nothing is offered", lose(is_offer)},
+      {"load-balancing-length", "sd.option.load-balancing.length", "load balancing options have a byte too many",
+       [](Outgoing& out) {
+         if (is_sd(out.bytes)) {
+           for (std::size_t at = options_at(out.bytes); at + 3 <= out.bytes.size(); at += 3 + u16(out.bytes, at)) {
+             if (out.bytes[at + 2] == 2) {
+               set16(out.bytes, at, 6);
+               out.bytes.insert(out.bytes.begin() + static_cast<std::ptrdiff_t>(at) + 8, 0);
+               set32(out.bytes, options_at(out.bytes) - 4, u32(out.bytes, options_at(out.bytes) - 4) + 1);
+               set32(out.bytes, 4, u32(out.bytes, 4) + 1);
+               return;
+             }
+           }
+         }
+       }},
+      {"load-balancing-reserved", "sd.option.load-balancing.reserved", "the reserved byte of load balancing is not 0",
+       option(2, [](Span o) { o[3] = 1; })},
+      {"load-balancing-priority", "sd.option.load-balancing.priority", "offers have another priority",
+       option(2, [](Span o) { add16(o, 4); })},
+      {"load-balancing-weight", "sd.option.load-balancing.weight", "offers have another weight",
+       option(2, [](Span o) { add16(o, 6); })},
+      {"configuration-reserved", "sd.option.configuration.reserved", "the reserved byte of configurations is not 0",
+       option(1, [](Span o) { o[3] = 1; })},
+      {"configuration-item", "sd.option.configuration.items", "a letter of a configuration item is another one",
+       option(1, [](Span o) { o[5] ^= 1U; })},
+      {"configuration-end", "sd.option.configuration.end", "configurations do not end with 0",
+       option(1, [](Span o) { o[o.size() - 1] = 1; })},
+      {"one-version-only", "sd.versions", "of a service in two versions, the newer one is offered as the older",
+       entry([](std::span<const std::uint8_t> e) { return is_offer(e) && u16(e, 4) == 0x0103; },
+             [](Span e) { e[8] = 1; })},
+      {"any-version-answers", "sd.versions.find", "a Find of one major version is answered with all", {},
+       find_message([](Incoming& in) { in.bytes[entries_at + 8] = 0xff; })},
+      {"versions-mixed-up", "sd.versions.requests", "responses have the oldest interface version",
+       response([](Bytes& b) { b[13] = 1; })},
+      {"initial-data-flag", "sd.initial-data.flag", "SD messages do not say that explicit initial data is known",
+       sd([](Span b) { b[flags_at] = static_cast<std::uint8_t>(b[flags_at] & 0xdfU); })},
+      {"initial-data-always", "sd.initial-data.not-asked,sd.initial-data.flag-clear",
+       "who subscribes gets initial values, whatever is asked for", {}, subscribe_message([](Incoming& in) {
+         in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);
+         in.bytes[entries_at + 12] = static_cast<std::uint8_t>(in.bytes[entries_at + 12] | 0x80U);
+       })},
+      {"initial-data-unknown", "sd.initial-data.asked-at-renewal", "the wish for initial values is not seen", {},
+       subscribe_message([](Incoming& in) {
+         in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] & 0xdfU);
+       })},
+      {"initial-data-without-flag", "sd.initial-data.flag-clear", "the flag of explicit initial data is not looked at", {},
+       subscribe_message([](Incoming& in) {
+         if ((in.bytes[entries_at + 12] & 0x80U) != 0) {
+           in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);
+         }
+       })},
+      {"sd-endpoint-unknown", "sd.endpoint-option", "SD endpoint options are not known", {}, [](Incoming& in) {
+         if (is_sd(in.bytes) && in.bytes.size() >= options_at(in.bytes) + 12 && in.bytes[options_at(in.bytes) + 2] == 0x24) {
+           in.bytes[options_at(in.bytes) + 2] = 0x77;
+         }
+       }},
+      {"sd-endpoint-last-counts", "sd.endpoint-option.surplus", "the last SD endpoint option counts", {}, [](Incoming& in) {
+         const std::size_t first = is_sd(in.bytes) ? options_at(in.bytes) : in.bytes.size();
+         if (in.bytes.size() >= first + 24 && in.bytes[first + 2] == 0x24 && in.bytes[first + 14] == 0x24) {
+           std::swap_ranges(in.bytes.begin() + static_cast<std::ptrdiff_t>(first),
+                            in.bytes.begin() + static_cast<std::ptrdiff_t>(first) + 12,
+                            in.bytes.begin() + static_cast<std::ptrdiff_t>(first) + 12);
+         }
+       }},
+      {"sd-endpoint-sent", "sd.endpoint-option.not-sent", "offers refer to an SD endpoint option",
+       option(4, [](Span o) { o[2] = 0x24; })},
+      {"multicast-too-early", "event.multicast-threshold.below", "events go to the group whatever the threshold is",
+       [](Outgoing& out) {
+         // The group is that of the last acknowledgement.
+         static std::uint32_t group = 0;
+         static unsigned port = 0;
+         option(0x14, [&](Span o) {
+           group = u32(o, 4);
+           port = u16(o, 10);
+         })(out);
+         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && group != 0) {
+           out.to_address = group;
+           out.to_port = port;
+         }
+       }},
+      {"multicast-never", "event.multicast-threshold.reached", "events go to a subscriber, whatever the threshold is",
+       [](Outgoing& out) {
+         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && out.multicast && last_subscriber[1] != 0) {
+           out.to_address = last_subscriber[0];
+           out.to_port = last_subscriber[1];
+         }
+       },
+       subscribe_message([](Incoming& in) {
+         if (const std::size_t at = options_at(in.bytes); at + 12 <= in.bytes.size() && in.bytes[at + 2] == 4) {
+           last_subscriber = {u32(in.bytes, at + 4), u16(in.bytes, at + 10)};
+         }
+       })},
       {"second-service-elsewhere", "sd.offer.shared-port", "the second service is offered at the ports of another one",
        entry([](std::span<const std::uint8_t> e) { return is_offer(e) && u16(e, 4) == 0x0102; },
              [](Span e) { add8(e, 1, 2); })},

@@ -40,13 +40,14 @@ unsigned port_of(int fd) {
   return ntohs(own.sin_port);
 }
 
-bool is_multicast(const msghdr& message) {
+/// Where a datagram goes to; nothing: it is none, or not of IPv4.
+std::optional<sockaddr_in> receiver_of(const msghdr& message) {
   sockaddr_in to{};
   if (message.msg_name == nullptr || message.msg_namelen < sizeof to) {
-    return false;
+    return std::nullopt;
   }
   std::memcpy(&to, message.msg_name, sizeof to);
-  return to.sin_family == AF_INET && IN_MULTICAST(ntohl(to.sin_addr.s_addr));
+  return to.sin_family == AF_INET ? std::optional{to} : std::nullopt;
 }
 
 void put_out(int fd, void* to, socklen_t to_size, Span bytes, int flags) {
@@ -83,11 +84,20 @@ ssize_t send_with_fault(int fd, const msghdr& message, int flags) {
     const auto from = all.begin() + static_cast<std::ptrdiff_t>(at);
     Outgoing out{.bytes = {from, from + static_cast<std::ptrdiff_t>(std::min(step, all.size() - at))},
                  .stream = is_stream(fd),
-                 .port = port_of(fd),
-                 .multicast = is_multicast(message)};
+                 .port = port_of(fd)};
+    std::optional<sockaddr_in> to = receiver_of(message);
+    if (to) {
+      out.to_address = ntohl(to->sin_addr.s_addr);
+      out.to_port = ntohs(to->sin_port);
+      out.multicast = IN_MULTICAST(out.to_address);
+    }
     chosen->out(out);
+    if (to) {
+      to->sin_addr.s_addr = htonl(out.to_address);
+      to->sin_port = htons(static_cast<std::uint16_t>(out.to_port));
+    }
     for (int copy = 0; copy < out.copies; ++copy) {
-      put_out(fd, message.msg_name, message.msg_namelen, out.bytes, flags);
+      put_out(fd, to ? &*to : message.msg_name, to ? sizeof *to : message.msg_namelen, out.bytes, flags);
     }
   }
   return static_cast<ssize_t>(all.size());

@@ -20,7 +20,10 @@ struct Outgoing {
   bool stream = false;
   unsigned port = 0;       ///< of the device
   bool multicast = false;  ///< it goes to a multicast group
-  int copies = 1;          ///< 0: it gets lost
+  /// Of a datagram: where it goes to, IPv4.
+  std::uint32_t to_address = 0;
+  unsigned to_port = 0;
+  int copies = 1;  ///< 0: it gets lost
 };
 /// One that has come, before the device sees it. What is put into `answers` goes back to its sender.
 struct Incoming {

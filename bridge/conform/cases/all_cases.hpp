@@ -4,6 +4,7 @@
 //   sd_finds.cpp       FindService and its answers
 //   sd_subscribe.cpp   SubscribeEventgroup: acknowledged, refused, ended, forgotten
 //   sd_malformed.cpp   what looks like a Subscribe and is none
+//   sd_options.cpp     explicit initial data, other options than endpoints, several versions of a service
 //   sd_phases.cpp      timing of offers, start, stop, reboot
 //   rpc.cpp            requests, responses, errors, fields
 //   events.cpp         events and initial values
@@ -27,6 +28,7 @@ void add_sd_message_cases(Cases& cases);
 void add_sd_find_cases(Cases& cases);
 void add_sd_subscribe_cases(Cases& cases);
 void add_sd_malformed_cases(Cases& cases);
+void add_sd_option_cases(Cases& cases);
 void add_sd_phase_cases(Cases& cases);
 void add_rpc_cases(Cases& cases);
 void add_event_cases(Cases& cases);

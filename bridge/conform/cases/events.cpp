@@ -43,6 +43,25 @@ SeenMessage any_notification(Trial& t) {
   return *seen;
 }
 
+/// An eventgroup that goes from unicast to multicast, and one of its events with so many subscribers, each at
+/// a port of its own.
+SeenMessage with_subscribers(Trial& t, std::size_t missing) {
+  const EventgroupProfile& group = t.eventgroup([](const EventgroupProfile& one) {
+    return one.multicast && one.trigger && one.multicast_threshold > 1;
+  });
+  t.tester.open_udp(group.multicast);
+  for (std::size_t count = 0; count + missing < group.multicast_threshold; ++count) {
+    const PortId port = count == 0 ? t.udp() : t.tester.open_udp();
+    t.acknowledged(
+        t.subscribe(t.profile.service(), group.id, {endpoint_option(t.tester.local(port), Transport::udp)}));
+  }
+  const std::size_t since = t.now();
+  send_trigger(t, value(*group.trigger));
+  SeenMessage seen = t.event(group.events.front(), since);
+  t.pass();
+  return seen;
+}
+
 void nothing(Trial&, const SeenMessage&) {}
 
 /// The initial values of the first eventgroup that has some.
@@ -160,6 +179,28 @@ void add_event_cases(Cases& cases) {
              const SeenMessage seen = t.event(group.events.front(), since);
              t.require(seen.packet->to == *group.multicast, "receiver", "the multicast group", "another",
                        seen.packet);
+           }},
+      {.id = "event.multicast-threshold.below",
+       .title = "sends events by unicast while fewer subscribe than the multicast threshold",
+       .requirements = {"feat_req_someip_813"},
+       .needs = Need::multicast_threshold | Need::udp,
+       .run =
+           [](Trial& t) {
+             const SeenMessage seen = with_subscribers(t, 1);
+             t.require(!seen.packet->to.address.is_multicast(), "receiver", "the subscriber", "the group",
+                       seen.packet);
+           }},
+      {.id = "event.multicast-threshold.reached",
+       .title = "sends events by multicast, and only so, when enough subscribe",
+       .requirements = {"feat_req_someip_813"},
+       .needs = Need::multicast_threshold | Need::udp,
+       .run =
+           [](Trial& t) {
+             const SeenMessage seen = with_subscribers(t, 0);
+             for (const SeenMessage& one : t.messages_since(0, t.is_event(seen.message.header.method))) {
+               t.require(one.packet->to.address.is_multicast(), "receiver", "the group", "a subscriber",
+                         one.packet);
+             }
            }},
       {.id = "event.second-service",
        .title = "sends events to a subscriber of more than one eventgroup at one port",

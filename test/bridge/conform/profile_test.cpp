@@ -48,7 +48,7 @@ TEST(Profile, OfTheReferenceDeviceIsGood) {
   ASSERT_TRUE(profile) << testing::PrintToString(errors_of(*text));
   EXPECT_TRUE(profile->ets);
   EXPECT_TRUE(profile->can_restart());
-  EXPECT_EQ(profile->services.size(), 3U);
+  EXPECT_EQ(profile->services.size(), 5U);
   EXPECT_EQ(profile->timing.cyclic_offer_delay, 500ms);
   EXPECT_THAT(profile->service().request->payload, ElementsAre(std::byte{0x2a}));
 }
