@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 
 #include "faults.hpp"
@@ -226,6 +227,40 @@ std::array<unsigned, 2> last_subscriber{};
 
 const std::vector<Fault>& faults() {
   static const std::vector<Fault> all{
+      // Under load. These first: they take long.
+      {"deaf-after-burst", "load.burst,load.flood", "after many datagrams within a second nothing is heard for a while", {},
+       [](Incoming& in) {
+         using Clock = std::chrono::steady_clock;
+         static Clock::time_point second;
+         static Clock::time_point deaf_until;
+         static int count = 0;
+         const Clock::time_point now = Clock::now();
+         if (now - second > std::chrono::seconds{1}) {
+           second = now;
+           count = 0;
+         }
+         // Where fewer come at once, they have to be stranger.
+         const bool strange = in.bytes.size() > 600 || (in.bytes.size() > 60 && u16(in.bytes, 0) != 0x0101);
+         count += strange ? 20 : 1;
+         if (count > 150) {
+           deaf_until = now + std::chrono::seconds{20};
+         }
+         in.lost = now < deaf_until;
+       }},
+      {"answers-twice", "load.burst.requests", "responses are sent twice",
+       [](Outgoing& out) { out.copies = is_response(out.bytes) ? 2 : 1; }},
+      {"subscribers-forgotten", "load.peers.subscribers", "of many subscribers only one gets events",
+       event([](Outgoing& out) {
+         static unsigned port = out.to_port;
+         out.copies = out.to_port == port ? 1 : 0;
+       })},
+      {"connections-stay", "load.peers.connections,load.half-open", "after some connections TCP is served no more",
+       [](Outgoing& out) {
+         if (out.stream) {
+           out.copies = 0;
+         }
+       }},
+
       // The header of SD messages.
       {"sd-client", "sd.header.client-id", "SD messages have Client ID 1", sd([](Span b) { set16(b, 8, 1); })},
       {"sd-session-zero", "sd.header.first-session", "sessions of SD count from 0",
@@ -291,9 +326,10 @@ const std::vector<Fault>& faults() {
          }
        })},
       {"no-cyclic-offers", "sd.phase.cyclic,sd.header.session-counts", "there are no cyclic offers", [](Outgoing& out) {
-         // Those of the start-up go out within a second; five services make a message each, or share one.
-         static int offers = 0;
-         if (out.multicast && any_entry(out.bytes, is_offer) && ++offers > 20) {
+         // Those of the start-up go out within half a second.
+         static const auto start = std::chrono::steady_clock::now();
+         if (out.multicast && any_entry(out.bytes, is_offer) &&
+             std::chrono::steady_clock::now() - start > std::chrono::milliseconds{800}) {
            out.copies = 0;
          }
        }},
@@ -378,7 +414,7 @@ const std::vector<Fault>& faults() {
       {"initial-data-always", "sd.initial-data.not-asked,sd.initial-data.flag-clear",
        "who subscribes gets initial values, whatever is asked for", {}, subscribe_message([](Incoming& in) {
          in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);
-         in.bytes[entries_at + 12] = static_cast<std::uint8_t>(in.bytes[entries_at + 12] | 0x80U);
+         in.bytes[entries_at + 13] = static_cast<std::uint8_t>(in.bytes[entries_at + 13] | 0x80U);
        })},
       {"initial-data-unknown", "sd.initial-data.asked-at-renewal", "the wish for initial values is not seen", {},
        subscribe_message([](Incoming& in) {
@@ -386,7 +422,7 @@ const std::vector<Fault>& faults() {
        })},
       {"initial-data-without-flag", "sd.initial-data.flag-clear", "the flag of explicit initial data is not looked at", {},
        subscribe_message([](Incoming& in) {
-         if ((in.bytes[entries_at + 12] & 0x80U) != 0) {
+         if ((in.bytes[entries_at + 13] & 0x80U) != 0) {
            in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);
          }
        })},
@@ -670,9 +706,9 @@ const std::vector<Fault>& faults() {
        answer_if([](Span b) { return b[14] != 1 && u16(b, 8) != 0x5aff; }, 0x80, 0)},
       {"answers-fire-and-forget", "rpc.silence", "requests without return are answered with an error", {},
        answer_if([](Span b) { return b[14] == 1; }, 0x80, 9)},
-      {"answers-notifications", "rpc.silence.notification", "notifications are answered with an error", {},
+      {"answers-notifications", "rpc.silence.notification,rpc.silence.wrong-type-to-fire-and-forget", "notifications are answered with an error", {},
        answer_if([](Span b) { return b[14] == 2; }, 0x80, 9)},
-      {"answers-responses", "rpc.silence.response", "responses are answered with an error", {},
+      {"answers-responses", "rpc.silence.response,rpc.silence.error", "responses are answered with an error", {},
        answer_if([](Span b) { return (b[14] & 0x80U) != 0; }, 0x80, 9)},
       {"answers-errors", "rpc.silence.error-request", "requests with a return code are answered with an error", {},
        [](Incoming& in) {
@@ -722,7 +758,7 @@ const std::vector<Fault>& faults() {
       {"initial-events-at-renewal", "event.initial.not-at-renewal", "each Subscribe brings initial events", {},
        subscribe_message([](Incoming& in) {
          in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);  // it says which ones it wants
-         in.bytes[entries_at + 12] = static_cast<std::uint8_t>(in.bytes[entries_at + 12] | 0x80U);
+         in.bytes[entries_at + 13] = static_cast<std::uint8_t>(in.bytes[entries_at + 13] | 0x80U);
        })},
 
       // TCP.

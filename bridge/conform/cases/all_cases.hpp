@@ -10,6 +10,7 @@
 //   events.cpp         events and initial values
 //   tcp.cpp            requests and events over TCP
 //   tp.cpp             large messages in segments
+//   load.cpp           bursts, floods, more peers than there is room for, connections that stay half open
 //   ets_echo.cpp       payloads, by the Enhanced Testability Service
 //
 // docs/conform.md shows how to write one. A file here sees neither sockets nor Asio.
@@ -34,6 +35,7 @@ void add_rpc_cases(Cases& cases);
 void add_event_cases(Cases& cases);
 void add_tcp_cases(Cases& cases);
 void add_tp_cases(Cases& cases);
+void add_load_cases(Cases& cases);
 void add_ets_echo_cases(Cases& cases);
 
 }  // namespace trestle::conform

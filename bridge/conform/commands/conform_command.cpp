@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <atomic>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -198,11 +199,13 @@ struct Begun {
   RunInfo info;
   std::shared_ptr<cli::Signals> signals;
 
-  /// Whether somebody pressed Ctrl-C, or the like.
+  /// Whether somebody pressed Ctrl-C, or the like. May be copied, and asked by several threads.
   [[nodiscard]] std::function<bool()> cancelled() const {
-    return [signals = signals, came = false]() mutable {
-      came = came || signals->next().has_value();
-      return came;
+    return [signals = signals, came = std::make_shared<std::atomic<bool>>(false)] {
+      if (signals->next()) {
+        *came = true;
+      }
+      return came->load();
     };
   }
 };

@@ -1,0 +1,258 @@
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+#include "someip/wire/tp.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+/// How long a device may take to come to itself again after a burst: so many times the time for an answer.
+constexpr int recovery = 5;
+
+/// That the device answers as before. What was lost in a burst is nobody's fault.
+void recovers(Trial& t) {
+  for (int count = 0; count < recovery; ++count) {
+    if (t.alive()) {
+      return;
+    }
+  }
+  t.fail("the device does not answer any more after this");
+}
+
+void burst_of_requests(Trial& t) {
+  constexpr std::uint16_t many = 500;
+  t.udp();
+  const std::size_t since = t.now();
+  Call call = t.request();
+  call.client = someip::ClientId{0x5a51};
+  for (std::uint16_t session = 1; session <= many; ++session) {
+    call.session = someip::SessionId{session};
+    t.send(call);
+  }
+  recovers(t);
+  std::vector<int> answers(many + 1U);
+  for (const SeenMessage& seen : t.messages_since(since, [&](const SeenMessage& one) {
+         return one.message.header.client == call.client && value(one.message.header.session) <= many;
+       })) {
+    if (++answers[value(seen.message.header.session)] == 2) {
+      t.different("answers to one request", "1 at most", "2", seen.packet);
+      return;
+    }
+  }
+}
+
+void burst_of_finds(Trial& t) {
+  for (int count = 0; count < 500; ++count) {
+    t.send_sd({.entries = {Trial::find_entry(t.profile.service())}}, count % 2 == 0, "FindService");
+  }
+  recovers(t);
+}
+
+/// One message with as many Subscribes as fit, all of eventgroups that are not there.
+void flood_of_entries(Trial& t) {
+  SdStimulus stimulus = t.subscribe(t.eventgroup());
+  sd::Entry entry = stimulus.entries.front();
+  stimulus.entries.clear();
+  for (std::uint16_t number = 0; number < 80; ++number) {
+    entry.tail = sd::Entry::eventgroup_tail(someip::EventgroupId{static_cast<std::uint16_t>(0x7000 + number)},
+                                            0, false);
+    stimulus.entries.push_back(entry);
+  }
+  for (int count = 0; count < 20; ++count) {
+    t.send_sd(stimulus);
+  }
+  recovers(t);
+  t.acknowledged(t.subscribe(t.eventgroup()));
+}
+
+/// Datagrams whose bytes mean nothing; every other one begins like a message.
+void garbage(Trial& t, const std::function<void(ByteView datagram)>& send, const Bytes& beginning) {
+  for (int count = 0; count < 300; ++count) {
+    Bytes datagram = count % 2 == 0 ? beginning : Bytes{};
+    const std::size_t size = t.random() % 400;
+    for (std::size_t at = 0; at < size; ++at) {
+      append_u8(datagram, static_cast<std::uint8_t>(t.random()));
+    }
+    if (!datagram.empty()) {
+      send(datagram);
+    }
+  }
+  recovers(t);
+}
+
+/// Large messages that begin, and never end.
+void unfinished(Trial& t) {
+  Call call = t.call(someip::MethodId{0x09});
+  call.client = someip::ClientId{0x5a52};
+  call.type = someip::MessageType::tp_request;
+  for (std::uint16_t session = 1; session <= 200; ++session) {
+    call.session = someip::SessionId{session};
+    call.payload.clear();
+    append_u32(call.payload, someip::to_word({.offset = 0, .more = true}));
+    call.payload.resize(call.payload.size() + 1392);
+    t.send(call);
+  }
+  recovers(t);
+}
+
+/// More than most devices have room for, each at a port of its own. Those that are accepted have to be
+/// served.
+void many_subscribers(Trial& t) {
+  constexpr int many = 100;
+  std::vector<Endpoint> accepted;
+  for (int count = 0; count < many; ++count) {
+    const Endpoint own = t.tester.local(count == 0 ? t.udp() : t.tester.open_udp());
+    const SdStimulus stimulus =
+        t.subscribe(t.profile.service(), someip::EventgroupId{2}, {endpoint_option(own, Transport::udp)});
+    if (t.answer_to(stimulus).entry.ttl_s != 0) {
+      accepted.push_back(own);
+    }
+  }
+  if (accepted.empty()) {
+    t.fail("none of the subscribers is accepted");
+  }
+  const std::size_t since = t.now();
+  Call trigger = t.call(someip::MethodId{0x03});
+  trigger.type = someip::MessageType::request_no_return;
+  t.send(trigger);
+  const auto events = [&] { return t.messages_since(since, t.is_event(someip::MethodId{0x8001})); };
+  t.tester.receive(2 * t.profile.timing.answer_within, [&] { return events().size() >= accepted.size(); });
+  t.pass();
+  std::size_t others = 0;
+  for (const SeenMessage& seen : events()) {
+    others += std::ranges::count(accepted, seen.packet->to) == 0 ? 1U : 0U;
+  }
+  t.equal("events", accepted.size(), events().size(), nullptr);
+  t.equal("events to subscribers that were refused", std::size_t{0}, others, nullptr);
+}
+
+/// @param bytes  what is sent on each of the connections.
+void many_connections(Trial& t, int count, ByteView bytes) {
+  std::vector<PortId> open;
+  for (int number = 0; number < count; ++number) {
+    if (const auto one = t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within)) {
+      open.push_back(*one);
+      if (!bytes.empty()) {
+        t.tester.send(*one, bytes);
+      }
+    }
+  }
+  if (open.empty()) {
+    t.fail("no TCP connection to the offered port");
+  }
+  recovers(t);
+  for (const PortId one : open) {
+    t.tester.close(one);
+  }
+  // The device needs not take any more while these are open, but afterwards.
+  Call call = t.request();
+  call.transport = Transport::tcp;
+  for (int tries = 0; tries < recovery; ++tries) {
+    const auto again = t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
+    if (!again) {
+      continue;
+    }
+    const std::size_t since = t.now();
+    const Call sent = t.send(call, t.tcp_of(t.profile.service()), *again);
+    if (t.await_message(since, t.profile.timing.answer_within, Trial::is_answer_to(sent))) {
+      return;
+    }
+    t.tester.close(*again);
+  }
+  t.fail("no answer over TCP after the other connections have ended");
+}
+
+}  // namespace
+
+void add_load_cases(Cases& cases) {
+  const Need call = Need::udp | Need::request;
+  const Cases all{
+      {.id = "load.burst.requests",
+       .title = "survives 500 requests at once, and answers none of them twice",
+       .requirements = {"feat_req_someip_80", "feat_req_someip_83"},
+       .needs = call,
+       .budget = 30s,
+       .run = burst_of_requests},
+      {.id = "load.burst.finds",
+       .title = "survives 500 Finds at once",
+       .requirements = {"feat_req_someipsd_824", "feat_req_someipsd_1163"},
+       .budget = 30s,
+       .run = burst_of_finds},
+      {.id = "load.flood.entries",
+       .title = "survives messages full of Subscribes of what is not there, and serves others afterwards",
+       .requirements = {"feat_req_someipsd_1137", "feat_req_someipsd_1164"},
+       .needs = Need::eventgroup,
+       .budget = 30s,
+       .run = flood_of_entries},
+      {.id = "load.flood.discovery-garbage",
+       .title = "survives datagrams to service discovery that mean nothing",
+       .requirements = {"feat_req_someipsd_1163", "feat_req_someipsd_1220"},
+       .budget = 30s,
+       .run =
+           [](Trial& t) {
+             garbage(
+                 t,
+                 [&](ByteView datagram) {
+                   t.tester.send_sd(datagram, {t.profile.device, t.profile.sd_port});
+                 },
+                 bytes({0xff, 0xff, 0x81, 0x00, 0, 0, 0, 0x80, 0, 0, 0, 1, 1, 1, 2, 0}));
+           }},
+      {.id = "load.flood.service-garbage",
+       .title = "survives datagrams to its service that mean nothing",
+       .requirements = {"feat_req_someip_798", "feat_req_someip_718"},
+       .needs = Need::udp,
+       .budget = 30s,
+       .run =
+           [](Trial& t) {
+             Bytes beginning = t.request().encode();
+             beginning.resize(12);
+             garbage(
+                 t, [&](ByteView datagram) { t.send_bytes(datagram); }, beginning);
+           }},
+      {.id = "load.flood.segments",
+       .title = "survives 200 large requests of which only the first segment comes",
+       .requirements = {"feat_req_someiptp_793"},
+       .needs = Need::tp | Need::udp,
+       .budget = 30s,
+       .run = unfinished},
+      {.id = "load.peers.subscribers",
+       .title = "acknowledges or refuses each of 100 subscribers, and serves those that it acknowledged",
+       .requirements = {"feat_req_someipsd_1137", "feat_req_someipsd_618"},
+       .needs = Need::ets | Need::eventgroup,
+       .budget = 60s,
+       .run = many_subscribers},
+      {.id = "load.peers.connections",
+       .title = "survives 100 TCP connections at once, and serves another one when they have ended",
+       .requirements = {"feat_req_someip_644"},
+       .needs = Need::tcp | Need::request,
+       .budget = 60s,
+       .run = [](Trial& t) { many_connections(t, 100, {}); }},
+      {.id = "load.half-open.header",
+       .title = "survives TCP connections on which half a header comes and no more",
+       .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
+       .needs = Need::tcp | Need::request,
+       .budget = 60s,
+       .run =
+           [](Trial& t) {
+             const Bytes whole = t.request().encode();
+             many_connections(t, 10, ByteView{whole}.first(8));
+           }},
+      {.id = "load.half-open.message",
+       .title = "survives TCP connections on which the beginning of a large message comes and no more",
+       .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
+       .needs = Need::tcp | Need::request,
+       .budget = 60s,
+       .run =
+           [](Trial& t) {
+             Call large = t.request();
+             large.length = 0x0100'0000;
+             large.payload.resize(1000);
+             many_connections(t, 10, large.encode());
+           }},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform
