@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 #include "someip/net/address_text.hpp"
 #include "someip/net/socket_calls.hpp"
@@ -86,7 +87,14 @@ Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_po
     const int fd = opened->fd.get();
     someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, local.address.is_multicast() ? 1 : 0);
     const sockaddr_in address = to_system(local);
-    if (::bind(fd, generic(address), sizeof address) != 0) {
+    int result = ::bind(fd, generic(address), sizeof address);
+    // A process that another tester of this program is about to start has all our sockets for a moment, also
+    // those that are closed here.
+    for (int tries = 0; result != 0 && errno == EADDRINUSE && tries < 50; ++tries) {
+      std::this_thread::sleep_for(10ms);
+      result = ::bind(fd, generic(address), sizeof address);
+    }
+    if (result != 0) {
       const std::string why =
           errno == EADDRINUSE ? "another SOME/IP stack on this host has it" : std::strerror(errno);
       throw std::runtime_error{"the tester cannot use " + someip::to_string(local) + ": " + why};
