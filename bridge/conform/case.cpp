@@ -96,6 +96,8 @@ constexpr NeedRule need_rules[]{
        return std::ranges::any_of(p.services,
                                   [&](const auto& one) { return other_version(p, one) != nullptr; });
      }},
+    {Need::e2e, "no method with end-to-end protection",
+     [](const Profile& p) { return p.service().udp_port && !p.service().e2e.empty(); }},
     {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
     {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
 };

@@ -94,6 +94,37 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   return group;
 }
 
+E2eProtection read_protection(const YAML::Node& node, Problems& problems) {
+  using enum E2eProfile;
+  Section section{node, "e2e", problems};
+  E2eProtection how;
+  section.require("method", id<someip::MethodId>(0x7fff), how.method);
+  section.require("profile",
+                  documents::one_of<E2eProfile>({{"1", p1},
+                                                 {"2", p2},
+                                                 {"4", p4},
+                                                 {"4m", p4m},
+                                                 {"5", p5},
+                                                 {"6", p6},
+                                                 {"7", p7},
+                                                 {"7m", p7m},
+                                                 {"8", p8},
+                                                 {"11", p11},
+                                                 {"22", p22},
+                                                 {"44", p44},
+                                                 {"44m", p44m}}),
+                  how.profile);
+  section.read("data_id", as<std::uint32_t>(id_number(0, 0xffff'ffff)), how.data_id);
+  section.read("data_ids", hex_bytes(), how.data_ids);
+  section.read("nibble", truth(), how.nibble);
+  section.read("source", as<std::uint32_t>(id_number(0, 0x0fff'ffff)), how.source);
+  if ((how.profile == p2 || how.profile == p22) && how.data_ids.size() != 16) {
+    problems.error(section.mark(), "e2e: expected 16 bytes as 'data_ids' of this profile");
+  }
+  section.finish();
+  return how;
+}
+
 ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
   Section section{node, "service", problems};
   ServiceProfile service;
@@ -126,6 +157,11 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     field.require("value", hex_bytes(), service.field->value);
     field.require("eventgroup", id<someip::EventgroupId>(), service.field->eventgroup);
     field.finish();
+  }
+  if (!section.is_missing("e2e")) {
+    for (const YAML::Node& one : section.list("e2e", "a list of methods with end-to-end protection")) {
+      service.e2e.push_back(read_protection(one, problems));
+    }
   }
   if (!section.is_missing("load_balancing")) {
     Section balancing{section.child("load_balancing"), "load_balancing", problems};

@@ -5,6 +5,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "bridge/conform/protection.hpp"
 #include "bridge/documents/problem.hpp"
 #include "someip/wire/endpoint.hpp"
 
@@ -54,6 +55,7 @@ struct ServiceProfile {
   std::optional<FieldProfile> field{};
   std::optional<LoadBalancingProfile> load_balancing{};  ///< of its offers
   std::vector<std::string> configuration{};              ///< of its offers: "key", "key=" or "key=value"
+  std::vector<E2eProtection> e2e{};  ///< methods that answer with the payload that they get
 };
 
 /// When the device sends by itself, as it is configured; nothing: not known.

@@ -65,6 +65,7 @@ sd::ServiceSpec Service::description() {
   add_methods(spec);
   add_echoes(spec);
   add_fields(spec);
+  add_protected(spec);
   spec.eventgroups = {
       {.id = EventgroupId{2}, .events = {event_uint8, event_array, event_reliable, event_e2e, field_uint8}},
       {.id = EventgroupId{5}, .events = {field_uint8, field_array}},
@@ -152,6 +153,35 @@ void Service::add_fields(sd::ServiceSpec& spec) const {
   field(0x28, field_array, pack(std::vector<std::uint8_t>{1, 2, 3}));
   spec.fields.push_back({.getter = MethodId{0x2a}, .setter = MethodId{0x2b}, .value = pack(std::uint8_t{0})});
   spec.fields.push_back({.getter = MethodId{0x25}, .value = pack(std::uint8_t{1})});  // the interface version
+}
+
+/// Echoes of uint32 with end-to-end protection, one for each profile.
+void Service::add_protected(sd::ServiceSpec& spec) {
+  namespace e2e = trestle::someip::e2e;
+  // What is protected: 8 bytes of the SOME/IP header, the E2E header, four bytes of payload.
+  constexpr auto bits = [](std::uint32_t header_bytes) { return (8 + header_bytes + 4) * 8; };
+  constexpr std::array<std::uint8_t, 16> list{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
+  // The first request of a client is as good as any.
+  constexpr e2e::EarlySequence early{.behavior = e2e::Behavior::pre_r4_2};
+  std::uint16_t method = 0x50;
+  const auto add = [&](const e2e::Config& config) {
+    const MethodId id{method++};
+    spec.methods.push_back(echo<std::uint32_t>(value(id)));
+    spec.e2e.push_back({.id = id, .protect = config, .check = config});
+  };
+  add(e2e::Profile1{.data_id = 0x0123, .data_bits = bits(2), .sequence = early});
+  add(e2e::Profile2{.data_id_list = list, .data_bits = bits(2), .sequence = early});
+  add(e2e::Profile4{.data_id = 0x0a0b'0c04});
+  add(e2e::Profile4m{{.data_id = 0x0a0b'0c14}});
+  add(e2e::Profile5{.data_id = 0x0105, .data_bits = bits(3)});
+  add(e2e::Profile6{.data_id = 0x0106});
+  add(e2e::Profile7{.data_id = 0x0a0b'0c07});
+  add(e2e::Profile7m{{.data_id = 0x0a0b'0c17}});
+  add(e2e::Profile8{{.data_id = 0x0a0b'0c08}});
+  add(e2e::Profile11{.data_id = 0x0b23, .data_id_mode = e2e::DataIdMode::nibble, .data_bits = bits(2)});
+  add(e2e::Profile22{.data_id_list = list, .data_bits = bits(2)});
+  add(e2e::Profile44{{.data_id = 0x0a0b'0c44}});
+  add(e2e::Profile44m{{.data_id = 0x0a0b'0c54}});
 }
 
 /// The service goes away for a while, and comes back as it was.

@@ -39,6 +39,7 @@ class Service {
   void add_methods(sd::ServiceSpec& spec);
   void add_echoes(sd::ServiceSpec& spec);
   void add_fields(sd::ServiceSpec& spec) const;
+  static void add_protected(sd::ServiceSpec& spec);
   void trigger(const Message& request, MethodId event, std::vector<std::byte> payload);
   void fire(const std::shared_ptr<Trigger>& trigger);
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <chrono>
 #include <cstring>
+#include <map>
 
 #include "faults.hpp"
 
@@ -218,6 +219,11 @@ In answer_if(bool (*wanted)(Span), unsigned type, unsigned code) {
       in.answers.push_back(answer(in.bytes, type, code));
     }
   };
+}
+
+bool is_protected(std::span<const std::uint8_t> message) {
+  return u16(message, 0) == 0x0101 && u16(message, 2) >= 0x50 && u16(message, 2) <= 0x5c &&
+         message.size() > 16;
 }
 
 /// Address and port of the last Subscribe, for faults that need them.
@@ -760,6 +766,29 @@ const std::vector<Fault>& faults() {
          in.bytes[16] = static_cast<std::uint8_t>(in.bytes[16] | 0x20U);  // it says which ones it wants
          in.bytes[entries_at + 13] = static_cast<std::uint8_t>(in.bytes[entries_at + 13] | 0x80U);
        })},
+
+      // End-to-end protection: methods 0x50 to 0x5c.
+      {"e2e-crc", "e2e.*.response", "protected responses have a CRC that does not fit", good([](Bytes& b) {
+         if (is_protected(b)) {
+           b.back() ^= 1U;
+         }
+       })},
+      {"e2e-counter-stuck", "e2e.*.counter", "protected responses repeat their first protection", good([](Bytes& b) {
+         static std::map<unsigned, Bytes> first;
+         if (is_protected(b)) {
+           const Bytes& had = first.try_emplace(u16(b, 2), b.begin() + 16, b.end()).first->second;
+           std::copy_n(had.begin(), std::min(had.size(), b.size() - 16), b.begin() + 16);
+         }
+       })},
+      {"e2e-unchecked", "e2e", "protected requests are served without a check", {}, [](Incoming& in) {
+         if (is_message(in.bytes) && is_protected(in.bytes)) {
+           Bytes back = answer(in.bytes, 0x80, 0);
+           back.insert(back.end(), in.bytes.begin() + 16, in.bytes.end());
+           back.resize(std::max<std::size_t>(back.size(), 16 + 24));
+           set32(back, 4, static_cast<unsigned>(back.size() - 8));
+           in.answers.push_back(back);
+         }
+       }},
 
       // TCP.
       {"tcp-silent", "tcp", "nothing is answered over TCP", [](Outgoing& out) {

@@ -10,6 +10,7 @@
 //   events.cpp         events and initial values
 //   tcp.cpp            requests and events over TCP
 //   tp.cpp             large messages in segments
+//   e2e.cpp            end-to-end protection
 //   load.cpp           bursts, floods, more peers than there is room for, connections that stay half open
 //   ets_echo.cpp       payloads, by the Enhanced Testability Service
 //
@@ -35,6 +36,7 @@ void add_rpc_cases(Cases& cases);
 void add_event_cases(Cases& cases);
 void add_tcp_cases(Cases& cases);
 void add_tp_cases(Cases& cases);
+void add_e2e_cases(Cases& cases);
 void add_load_cases(Cases& cases);
 void add_ets_echo_cases(Cases& cases);
 
