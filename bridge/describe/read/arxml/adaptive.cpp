@@ -257,7 +257,12 @@ std::optional<someip::MethodId> Adaptive::method_id(const Node* id) {
     problems_.warning(id->place(),
                       "METHOD-ID " + hex(*value) + " is one of an event: below 0x8000 was expected");
   }
-  // Tools write 0 for what is not there.
+  // Tools write 0 for what is not there [feat_req_someipids_636].
+  if (value && *value == 0) {
+    problems_.warning(id->place(),
+                      "METHOD-ID 0 is reserved: it counts as not given, and where an id is "
+                      "needed, one is chosen");
+  }
   return value.value_or(0) != 0 ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
 }
 

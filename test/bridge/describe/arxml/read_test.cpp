@@ -481,6 +481,20 @@ TEST(ReadArxml, JoinsPackagesAndFollowsReferencesOverFiles) {
       HasSubstr("error: the type /P/Speed is in none of the files: read the file that has it as well"));
 }
 
+TEST(ReadArxml, TellsThatAMethodIdOfZeroIsNone) {
+  const Reading reading = read_texts({arxml(
+      service("<METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME></CLIENT-SERVER-OPERATION>"
+              "</METHODS>") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><METHOD-DEPLOYMENTS>"
+      "<SOMEIP-METHOD-DEPLOYMENT><SHORT-NAME>o</SHORT-NAME><METHOD-REF DEST=\"X\">/P/Door/open</METHOD-REF>"
+      "<METHOD-ID>0x0</METHOD-ID></SOMEIP-METHOD-DEPLOYMENT></METHOD-DEPLOYMENTS>"
+      "<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+      "<SERVICE-INTERFACE-ID>4660</SERVICE-INTERFACE-ID></SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_FALSE(reading.model.services.at(0).methods.at(0).id.has_value());
+  EXPECT_THAT(problems_of(reading), HasSubstr("warning: METHOD-ID 0 is reserved: it counts as not given"));
+}
+
 TEST(ReadArxml, DoesNotKnowThePayloadsOfADeploymentWithoutItsInterface) {
   const Reading reading = read_texts({arxml(
       "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME><EVENT-DEPLOYMENTS>"
