@@ -16,6 +16,7 @@
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
+#include "bridge/describe/write/routes/action_entries.hpp"
 #include "bridge/describe/write/routes/route_entries.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
@@ -374,28 +375,38 @@ bool is_offered(const YAML::Node& entry) {
 void add_generated(YAML::Node& root, const describe::System& system, const Generate& generate,
                    const Expansion& expansion, documents::Mark mark, documents::Problems& problems) {
   std::vector<describe::NotCarried> lost;
-  std::map<std::string, std::size_t> counts;
-  bool offers = false;
-  for (const describe::RouteEntry& entry :
-       describe::route_entries(system.model, system.lowered, generate.options, lost)) {
+  std::vector<describe::RouteEntry> entries =
+      describe::route_entries(system.model, system.lowered, generate.options, lost);
+  describe::take_out(entries, [&](describe::RouteEntry& entry) {
     const std::string service = entry.element.substr(0, entry.element.size() - entry.member.size() - 1);
     const bool wanted =
         generate.services.empty() || std::ranges::any_of(generate.services, [&](const std::string& name) {
           return name == entry.service || name == service;
         });
+    std::optional<YAML::Node> rest = wanted ? expansion.rest_of(entry) : std::nullopt;
+    if (!rest) {
+      return true;
+    }
+    entry.node.reset(*rest);
+    return false;
+  });
+  // The parts of an action have types that stand in no other list.
+  describe::join_actions(entries, lost);
+  std::map<std::string, std::size_t> counts;
+  bool offers = false;
+  for (describe::RouteEntry& entry : entries) {
     // What is there and no list is told of by its loader; so are too many.
-    if (!wanted || (root[entry.list].IsDefined() && !root[entry.list].IsSequence())) {
+    if (root[entry.list].IsDefined() && !root[entry.list].IsSequence()) {
       continue;
     }
-    std::optional<YAML::Node> rest = expansion.rest_of(entry);
-    if (rest && is_offered(*rest)) {
+    if (is_offered(entry.node)) {
       offers = true;
       for (const IpAddress& bridge : generate.from_bridges) {
-        (*rest)["from_bridges"].push_back(someip::to_string(bridge));
+        entry.node["from_bridges"].push_back(someip::to_string(bridge));
       }
     }
-    if (rest && ++counts[entry.list] <= generated_max) {
-      root[entry.list].push_back(marked(*rest, mark));
+    if (++counts[entry.list] <= generated_max) {
+      root[entry.list].push_back(marked(entry.node, mark));
     }
   }
   if (!generate.from_bridges.empty() && !offers) {

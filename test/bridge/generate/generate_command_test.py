@@ -66,6 +66,29 @@ class Generate(unittest.TestCase):
         status, output, errors = run("check", file)
         self.assertEqual((status, errors), (0, ""))
 
+    def test_keeps_the_other_routes_as_they_are_where_some_are_too_many(self):
+        fidl = self.folder / "Many.fidl"
+        fidl.write_text("package car\ninterface Many {\n version { major 1 minor 0 }\n"
+                        + "".join(f" broadcast b{i} {{ out {{ UInt8 x }} }}\n" for i in range(1002))
+                        + "".join(f" method m{i} {{ in {{ UInt8 x }} }}\n" for i in range(3)) + "}\n")
+        status, _, errors = run("generate", fidl, "--to", "routes", "-o", self.folder / "out", "-q")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("Many.b1001: more than 1000 routes", errors)
+        text = (self.folder / "out" / "bridge.yaml").read_text()
+        for i in range(3):
+            self.assertRegex(text, rf"# Many.m{i}\n  - ros_service: /many/m{i}\n(    .*\n){{4}}    method: 0x000{i + 1}\n")
+
+    def test_writes_files_of_names_that_are_too_long_for_one(self):
+        name = "Very" * 70
+        fidl = self.folder / "Long.fidl"
+        fidl.write_text(f"package org.{name.lower()}\ninterface {name} {{\n version {{ major 1 minor 0 }}\n struct {name}State {{ UInt8 a }}\n"
+                        f" attribute {name}State state\n broadcast moved{name} {{ out {{ UInt8 a UInt8 b }} }}\n method open {{ in {{ UInt8 a }} }}\n}}\n")
+        status, _, errors = run("generate", fidl, "--to", "msg,fidl,arxml,wireshark,sheet", "-o", self.folder / "out", "-q")
+        self.assertEqual(status, 0, errors)
+        self.assertIn("its whole name, which is too long for a file: Very", errors)
+        messages = list((self.folder / "out").rglob("*.msg"))
+        self.assertEqual(len(messages), 2, messages)
+
     def test_writes_messages_that_the_route_file_finds(self):
         status, _, errors = run("generate", DOOR, "--to", "routes,msg", "-o", self.folder / "out", "-q")
         self.assertEqual(status, 0, errors)

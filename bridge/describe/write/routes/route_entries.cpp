@@ -721,7 +721,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     const std::uint16_t port = offers.port_of(*service, instance, side, not_carried);
     std::vector<NotCarried> reasons;
     std::vector<RouteEntry> entries = entries_of.of(*service, instance, side, port, reasons);
-    std::erase_if(entries, [&](const RouteEntry& one) { return names.has(one, instance.place, reasons); });
+    take_out(entries, [&](const RouteEntry& one) { return names.has(one, instance.place, reasons); });
     tell_of_instance(*service, instance, reasons);
     tell(*service, std::move(reasons));
     all.insert(all.end(), std::make_move_iterator(entries.begin()), std::make_move_iterator(entries.end()));

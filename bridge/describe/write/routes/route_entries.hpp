@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/describe/lower.hpp"
@@ -48,6 +49,20 @@ struct RouteEntry {
   someip::InstanceId instance{};  ///< of the service
   YAML::Node node;
 };
+
+/// Takes out entries. std::erase_if is not for them: it assigns one to another, and a YAML::Node that is
+/// assigned to changes with it all that it shares its content with.
+template <typename IsOut>
+void take_out(std::vector<RouteEntry>& entries, IsOut is_out) {
+  std::vector<RouteEntry> kept;
+  kept.reserve(entries.size());
+  for (RouteEntry& entry : entries) {
+    if (!is_out(entry)) {
+      kept.push_back(std::move(entry));
+    }
+  }
+  entries.swap(kept);
+}
 
 /// A member of a service. Members of different kinds may have one name.
 struct RouteMember {

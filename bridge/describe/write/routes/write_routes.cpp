@@ -57,7 +57,7 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
   join_actions(entries, written.not_carried);
   std::map<std::string, std::size_t> counts;
-  std::erase_if(entries, [&](const RouteEntry& entry) {
+  take_out(entries, [&](const RouteEntry& entry) {
     const bool is_too_much = ++counts[entry.list] > max_written_routes;
     if (is_too_much) {
       written.not_carried.push_back(

@@ -107,6 +107,23 @@ TEST_F(InterfacesTest, MakeARouteForEverything) {
   EXPECT_TRUE(types.resolve_service(config.methods[0].type)) << config.methods[0].type;
 }
 
+TEST_F(InterfacesTest, MakeAnActionOfAnAction) {
+  std::filesystem::create_directories(folder_ / "car" / "action");
+  write("car/action/Spin.action", "int32 order\n---\nint32[] sequence\n---\nint32[] partial\n");
+  const Loaded loaded = good("interfaces: [car/action/Spin.action]\ngenerate: all\n");
+  const BridgeConfig& config = loaded.config;
+  ASSERT_THAT(config.routes, SizeIs(2));
+  EXPECT_EQ(config.routes[0].topic, "/spin/_action/feedback");
+  ASSERT_THAT(config.methods, SizeIs(3));
+  EXPECT_EQ(config.methods[0].ros_service, "/spin/_action/send_goal");
+  messages::TypeLibrary types = messages::TypeLibrary::in(config.types);
+  EXPECT_TRUE(types.resolve(config.routes[0].type)) << config.routes[0].type;
+  EXPECT_TRUE(types.resolve_service(config.methods[0].type)) << config.methods[0].type;
+  // Of other bridges, too: that is a key of each entry.
+  const Loaded from = good("interfaces: [car/action/Spin.action]\ngenerate: {from_bridges: [10.0.0.9]}\n");
+  EXPECT_THAT(from.config.routes.at(0).from_bridges, SizeIs(1));
+}
+
 TEST_F(InterfacesTest, NameWhatARouteCarries) {
   const Loaded loaded = good(
       "interfaces: [Door.fidl, Door.fdepl]\n"
