@@ -46,21 +46,22 @@ class Lowering {
     const Service& service = model_.services[index];
     const std::string source = full_name(service.scope, service.name);
     const std::string package = types_.package_of(service.scope);
-    const auto name = [&](const std::string& member) {
-      return ros_type_name(service.name) + ros_type_name(member);
+    const auto name = [&](const char* kind, const std::string& member) {
+      return types_.fit(package + kind + ros_type_name(service.name) + ros_type_name(member),
+                        source + "." + member);
     };
     for (std::size_t i = 0; i < service.events.size(); ++i) {
       const Event& event = service.events[i];
-      value({LoweredMember::Kind::event, index, i}, event.payload, package + "/msg/" + name(event.name),
+      value({LoweredMember::Kind::event, index, i}, event.payload, name("/msg/", event.name),
             source + "." + event.name, event.notes);
     }
     for (std::size_t i = 0; i < service.methods.size(); ++i) {
       method({LoweredMember::Kind::method, index, i}, service.methods[i],
-             package + "/srv/" + name(service.methods[i].name), source + "." + service.methods[i].name);
+             name("/srv/", service.methods[i].name), source + "." + service.methods[i].name);
     }
     for (std::size_t i = 0; i < service.fields.size(); ++i) {
       const Field& field = service.fields[i];
-      value({LoweredMember::Kind::field, index, i}, field.payload, package + "/msg/" + name(field.name),
+      value({LoweredMember::Kind::field, index, i}, field.payload, name("/msg/", field.name),
             source + "." + field.name, field.notes);
     }
   }

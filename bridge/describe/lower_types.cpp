@@ -94,12 +94,25 @@ void TypeLowering::complain(std::string element, std::string what, Place place) 
   into_.not_carried.push_back({std::move(element), std::move(what), place});
 }
 
-std::string TypeLowering::package_of(const std::string& scope) const {
+std::string TypeLowering::package_of(const std::string& scope) {
   if (!options_.package.empty()) {
     return options_.package;
   }
   const std::string package = ros_package_name(scope);
-  return package.empty() ? options_.package_without_scope : package;
+  const std::string fitting = short_name(package, 'h');
+  if (fitting != package && shortened_.insert(package).second) {
+    complain(scope, fmt::format("the whole name of its package, which is too long for a file: {}", fitting));
+  }
+  return package.empty() ? options_.package_without_scope : fitting;
+}
+
+std::string TypeLowering::fit(const std::string& name, const std::string& source) {
+  const std::size_t type = name.rfind('/') + 1;
+  const std::string fitting = name.substr(0, type) + short_name(name.substr(type), 'H');
+  if (fitting != name && shortened_.insert(name).second) {
+    complain(source, fmt::format("its whole name, which is too long for a file: {}", fitting.substr(type)));
+  }
+  return fitting;
 }
 
 std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
@@ -119,8 +132,9 @@ std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
     --depth_;
     complain(source, fmt::format("types nested deeper than {}", messages::max_type_depth), type.place);
   } else {
-    const std::string name =
-        !type.ros_name.empty() ? type.ros_name : package_of(type.scope) + "/msg/" + ros_type_name(type.name);
+    const std::string name = !type.ros_name.empty()
+                                 ? type.ros_name
+                                 : fit(package_of(type.scope) + "/msg/" + ros_type_name(type.name), source);
     result = structure(type, {name, source});
     --depth_;
   }
@@ -450,7 +464,8 @@ std::optional<std::size_t> TypeLowering::wrapper(const Value& value, const Owner
   Shape shape;
   shape.source = inner.source;
   // A message of its own, also where the owner is one of a service.
-  shape.definition.name = package_part(owner.name) + "/msg/" + ros_type_name(type_part(inner.name));
+  shape.definition.name =
+      fit(package_part(owner.name) + "/msg/" + ros_type_name(type_part(inner.name)), inner.source);
   Value array = value;
   array.name = "elements";
   array.optional = false;
@@ -505,7 +520,7 @@ std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner&
   Shape shape;
   shape.source = map.name.empty() ? owner.source + "." + name : full_name(map.scope, map.name);
   // One that was read from a ROS type stays that type.
-  shape.definition.name = map.ros_name.empty() ? base + "Entry" : map.ros_name;
+  shape.definition.name = map.ros_name.empty() ? fit(base, shape.source) + "Entry" : map.ros_name;
   Value key = map.key;
   key.name = "key";
   Value value = map.element;
@@ -636,7 +651,7 @@ void TypeLowering::add_constants() {
     shape.source = scope;
     shape.form = TypeRules::Form::empty;
     shape.definition.name =
-        package_of(scope) + "/msg/" + (part.empty() ? "" : ros_type_name(part)) + "Constants";
+        fit(package_of(scope) + "/msg/" + (part.empty() ? "" : ros_type_name(part)), scope) + "Constants";
     constants_of(shape, scope, false);
     if (!shape.definition.constants.empty()) {
       const Owner owner{shape.definition.name, scope};

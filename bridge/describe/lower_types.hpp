@@ -58,7 +58,9 @@ class TypeLowering {
                                       const std::string& source, bool begins_with_error = false);
 
   [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
-  [[nodiscard]] std::string package_of(const std::string& scope) const;
+  [[nodiscard]] std::string package_of(const std::string& scope);
+  /// "pkg/msg/Name", whose last part is made short enough for a file; where it is not, that is told.
+  [[nodiscard]] std::string fit(const std::string& name, const std::string& source);
   void complain(std::string element, std::string what, Place place = {});
   /// Puts the values of scopes that belong to no ROS type into messages with nothing else.
   void add_constants();
@@ -98,6 +100,7 @@ class TypeLowering {
   std::map<std::string, std::map<std::string, std::string>> alike_;  ///< by wanted name, by fields: the name
   std::map<std::string, unsigned> next_numbers_;                     ///< by wanted name: lower ones are taken
   std::map<std::string, std::vector<const Constant*>, std::less<>> constants_;  ///< by scope
+  std::set<std::string, std::less<>> shortened_{};                              ///< names that were told
   std::map<TypeIndex, std::optional<std::size_t>> entries_;                     ///< of maps with names
   std::size_t depth_ = 0;
   std::size_t entry_depth_ = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace trestle::describe {
@@ -120,6 +121,24 @@ std::string ros_package_name(std::string_view scope) {
     return {};
   }
   return without_keyword(is_digit(result.front()) ? "n" + result : result, "_msgs");
+}
+
+std::string short_name(const std::string& name, char between) {
+  constexpr std::size_t digits = 8;
+  if (name.size() <= max_ros_file_name) {
+    return name;
+  }
+  std::uint32_t sum = 2166136261U;  // FNV-1a: the same everywhere, and for ever
+  for (const char character : name) {
+    sum = (sum ^ static_cast<unsigned char>(character)) * 16777619U;
+  }
+  std::string result = name.substr(0, max_ros_file_name - digits - 1) + between;
+  for (unsigned shift = digits * 4; shift > 0;) {
+    shift -= 4;
+    const char digit = "0123456789abcdef"[(sum >> shift) & 0xfU];
+    result += is_upper(between) ? to_upper(digit) : digit;
+  }
+  return result;
 }
 
 std::string FreeNames::take(const std::string& name, std::string_view between) {

@@ -18,6 +18,14 @@ namespace trestle::describe {
 /// As of a field, of the last part of "org.example.Types" or "/Types/Body".
 [[nodiscard]] std::string ros_package_name(std::string_view scope);
 
+/// What a type or package may have: files are named after it, with up to 50 characters behind it, and
+/// with an underscore before each word.
+inline constexpr std::size_t max_ros_file_name = 128;
+/// The name, or where it is longer than max_ros_file_name its first 119 characters, `between` and a checksum
+/// of the whole name of 8 hexadecimal digits.
+/// @param between  "H" of a type, "h" of a package; the digits are as it is.
+[[nodiscard]] std::string short_name(const std::string& name, char between);
+
 /// The name, or the first of name2, name3 … (with `between` before the number) that is not taken.
 [[nodiscard]] std::string first_free(const std::string& name, std::string_view between,
                                      const std::function<bool(const std::string&)>& is_taken);

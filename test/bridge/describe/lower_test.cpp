@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <set>
+
 #include "bridge/describe/raise.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
@@ -584,6 +586,51 @@ TEST(Raise, ComparesATypeWithFewOthers) {
   ASSERT_NE(last, model.types.end());
   EXPECT_EQ(last->enumerators.at(0).value, 4999);
   EXPECT_LE(types.comparisons(), 4 * messages);
+}
+
+TEST(Lower, ShortensNamesThatNoFileCanHave) {
+  Model model;
+  const std::string longer(260, 'a');
+  const TypeIndex byte = number(model, Primitive::uint8);
+  for (const char* end : {"x", "y"}) {
+    const TypeIndex type =
+        structure(model, "State" + longer + end, {value(model, std::string{"of"} + end, byte)});
+    event(model, {value(model, "state", type)}).name = "moved" + longer + end;
+    event(model, {value(model, "state", type), value(model, "again", byte)}).name = "both" + longer + end;
+    model.services[0].methods.push_back({.name = "open" + longer + end, .id = someip::MethodId{1}});
+  }
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 6U);
+  std::set<std::string> names;
+  for (const messages::MessageDefinition& one : lowered.definitions) {
+    EXPECT_LE(one.name.size(), std::string{"test/msg/"}.size() + 128 + std::string{"_Response"}.size());
+    names.insert(one.name);
+  }
+  EXPECT_EQ(names.size(), 2U + 2U + 4U);
+  // A name that ends with a checksum: the same at each time.
+  const std::string first = "State" + std::string(114, 'a') + "H";
+  EXPECT_EQ(lowered.members[0].type.substr(0, 9 + first.size()), "test/msg/" + first);
+  EXPECT_EQ(lowered.members[0].type.size(), 9U + 128U);
+  EXPECT_NE(lowered.definition(lowered.members[4].type + "_Request"), nullptr);
+  EXPECT_EQ(lowered.sources.at(lowered.members[0].type), "org.test.State" + longer + "x");
+  std::size_t told = 0;
+  for (const NotCarried& one : lowered.not_carried) {
+    told += one.what.starts_with("its whole name, which is too long for a file: ") ? 1U : 0U;
+  }
+  EXPECT_EQ(told, 2U + 2U + 2U + 2U);  // of types, of events (also where it is not needed), of methods
+}
+
+TEST(Lower, ShortensThePackageOfALongScope) {
+  Model model;
+  const TypeIndex byte = number(model, Primitive::uint8);
+  event(model, {value(model, "a", byte)});
+  model.services[0].scope = "org." + std::string(300, 'b');
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 1U);
+  EXPECT_EQ(lowered.members[0].type.find('/'), 128U);
+  EXPECT_TRUE(messages::interface_name(lowered.members[0].type)) << lowered.members[0].type;
+  ASSERT_EQ(lowered.not_carried.size(), 1U);
+  EXPECT_EQ(lowered.not_carried[0].element, model.services[0].scope);
 }
 
 TEST(Raise, KeepsServices) {
