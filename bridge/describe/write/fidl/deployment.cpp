@@ -272,6 +272,7 @@ Block Deployment::type(TypeIndex index) {
   const Type& type = model_.at(index);
   const Declared& declared = *plan_.declared(index);
   const std::string owner = full_name(type.scope, type.name);
+  place_ = type.place;
   Block block;
   const auto head = [&](const char* word) {
     block.head = fmt::format("{} {}", word, escaped_fdepl(declared.name));
@@ -416,11 +417,12 @@ void Deployment::transfer(Block& block, const Transfer& transfer, const std::str
 
 Block Deployment::attribute(const Field& field) {
   Block block{.head = "attribute " + target(field.name)};
+  const std::string owner = member(field.name, field.place);
   const auto id = [&](const char* key, const std::optional<someip::MethodId>& number, bool there) {
     if (number) {
       block.settings.push_back(fmt::format("{} = {}", key, static_cast<unsigned>(*number)));
     } else if (there) {
-      lose(field.name, fmt::format("it has no {} yet", key), field.place);
+      lose(owner, fmt::format("it has no {} yet", key));
     }
   };
   id("SomeIpGetterID", field.getter, field.has_getter);
@@ -435,30 +437,30 @@ Block Deployment::attribute(const Field& field) {
   }
   if ((field.getter_transfer.transport == Transport::tcp) != reliable ||
       (field.setter_transfer.transport == Transport::tcp) != reliable) {
-    lose(field.name, "getter, setter and notifier by different transports", field.place);
+    lose(owner, "getter, setter and notifier by different transports");
   }
   transfer(block, field.getter_transfer, "SomeIpGetterSegmentLengthResponse",
            "SomeIpGetterSeparationTimeResponse", "SomeIpGetterRequestDebounceTime",
-           "SomeIpGetterMaxRetentionTime", 5, field.name);
+           "SomeIpGetterMaxRetentionTime", 5, owner);
   transfer(block, field.setter_transfer, "SomeIpSetterSegmentLength", "SomeIpSetterSeparationTime",
-           "SomeIpSetterRequestDebounceTime", "SomeIpSetterMaxRetentionTime", 5, field.name);
+           "SomeIpSetterRequestDebounceTime", "SomeIpSetterMaxRetentionTime", 5, owner);
   transfer(block, field.notifier_transfer, "SomeIpNotifierSegmentLength", "SomeIpNotifierSeparationTime",
-           "SomeIpNotifierDebounceTime", "SomeIpNotifierMaxRetentionTime", 5, field.name);
-  rules(block, field.payload, "Attribute", field.name);
+           "SomeIpNotifierDebounceTime", "SomeIpNotifierMaxRetentionTime", 5, owner);
+  rules(block, field.payload, "Attribute", owner);
   kept(block, field.notes,
        {"AttributeSetterTimeout", "AttributeGetterTimeout", "AttributeNotifierTimeout",
         "AttributeNotifierUpdateMode", "SomeIpGetterResponseMaxRetentionTime",
         "SomeIpSetterResponseMaxRetentionTime", "SomeIpGetterResponseDebounceTime",
         "SomeIpSetterResponseDebounceTime"},
-       field.name);
+       owner);
   if (!field.payload.values.empty()) {
-    use(block, field.payload.values.front(), nullptr, User::attribute, field.name);
+    use(block, field.payload.values.front(), nullptr, User::attribute, owner);
   }
   if (field.cycle) {
-    lose(field.name, "a cycle", field.place);
+    lose(owner, "a cycle");
   }
   if (!field.e2e.profile.empty() || !field.getter_e2e.profile.empty() || !field.setter_e2e.profile.empty()) {
-    lose(field.name, "E2E protection", field.place);
+    lose(owner, "E2E protection");
   }
   return block;
 }
@@ -476,43 +478,50 @@ void Deployment::arguments(Block& block, const char* head, const Payload& payloa
 Block Deployment::method(const Method& method) {
   Block block{.head = "method " + target(method.name) +
                       (method.selector.empty() ? "" : ":" + target(method.selector))};
+  const std::string owner = member(member_key(method.name, method.selector), method.place);
   if (method.id) {
     block.settings.push_back(fmt::format("SomeIpMethodID = {}", static_cast<unsigned>(*method.id)));
   } else {
-    lose(method.name, "it has no SomeIpMethodID yet", method.place);
+    lose(owner, "it has no SomeIpMethodID yet");
   }
   const bool reliable = method.request_transfer.transport == Transport::tcp;
   if (reliable) {
     block.settings.emplace_back("SomeIpReliable = true");
   }
   if (!method.fire_and_forget && (method.response_transfer.transport == Transport::tcp) != reliable) {
-    lose(method.name, "request and response by different transports", method.place);
+    lose(owner, "request and response by different transports");
   }
   transfer(block, method.request_transfer, "SomeIpMethodSegmentLength", "SomeIpMethodSeparationTime",
-           "SomeIpMethodRequestDebounceTime", "SomeIpMethodMaxRetentionTime", 5, method.name);
+           "SomeIpMethodRequestDebounceTime", "SomeIpMethodMaxRetentionTime", 5, owner);
   transfer(block, method.response_transfer, "SomeIpMethodSegmentLengthResponse",
            "SomeIpMethodSeparationTimeResponse", "SomeIpMethodResponseDebounceTime",
-           "SomeIpMethodResponseMaxRetentionTime", 0, method.name);
-  rules(block, method.request, "Method", method.name);
+           "SomeIpMethodResponseMaxRetentionTime", 0, owner);
+  rules(block, method.request, "Method", owner);
+  if (method.request.known && !method.response.known && !method.fire_and_forget) {
+    lose(owner, "that the payload of its response is not known: it is written as empty");
+  }
+  if (method.request.alignment == 1 && method.response.alignment > 1) {
+    lose(owner, "alignment of its response");
+  }
   if (method.response.byte_order != method.request.byte_order && !method.response.values.empty()) {
-    lose(method.name, "request and response in different byte orders", method.place);
+    lose(owner, "request and response in different byte orders");
   }
   if (method.timeout) {
     block.settings.push_back(fmt::format("MethodTimeout = {}", method.timeout->count()));
   }
-  kept(block, method.notes, {"Errors"}, method.name);
-  arguments(block, "in", method.request, method.name);
+  kept(block, method.notes, {"Errors"}, owner);
+  arguments(block, "in", method.request, owner);
   if (!method.fire_and_forget) {
-    arguments(block, "out", method.response, method.name);
+    arguments(block, "out", method.response, owner);
   }
   if (!method.inout.empty()) {
-    lose(method.name, "arguments that are INOUT, written as in and out", method.place);
+    lose(owner, "arguments that are INOUT, written as in and out");
   }
   if (!method.application_errors.empty()) {
-    lose(method.name, "errors of an application", method.place);
+    lose(owner, "errors of an application");
   }
   if (!method.e2e.profile.empty()) {
-    lose(method.name, "E2E protection", method.place);
+    lose(owner, "E2E protection");
   }
   return block;
 }
@@ -520,10 +529,11 @@ Block Deployment::method(const Method& method) {
 Block Deployment::event(const Event& event) {
   Block block{.head = "broadcast " + target(event.name) +
                       (event.selector.empty() ? "" : ":" + target(event.selector))};
+  const std::string owner = member(member_key(event.name, event.selector), event.place);
   if (event.id) {
     block.settings.push_back(fmt::format("SomeIpEventID = {}", static_cast<unsigned>(*event.id)));
   } else {
-    lose(event.name, "it has no SomeIpEventID yet", event.place);
+    lose(owner, "it has no SomeIpEventID yet");
   }
   if (!event.eventgroups.empty()) {
     block.settings.push_back("SomeIpEventGroups = " + listed(event.eventgroups));
@@ -532,42 +542,44 @@ Block Deployment::event(const Event& event) {
     block.settings.emplace_back("SomeIpReliable = true");
   }
   transfer(block, event.transfer, "SomeIpBroadcastSegmentLength", "SomeIpBroadcastSeparationTime",
-           "SomeIpBroadcastDebounceTime", "SomeIpBroadcastMaxRetentionTime", 5, event.name);
-  rules(block, event.payload, "Broadcast", event.name);
-  kept(block, event.notes, {"BroadcastType", "ErrorName"}, event.name);
-  arguments(block, "out", event.payload, event.name);
+           "SomeIpBroadcastDebounceTime", "SomeIpBroadcastMaxRetentionTime", 5, owner);
+  rules(block, event.payload, "Broadcast", owner);
+  kept(block, event.notes, {"BroadcastType", "ErrorName"}, owner);
+  arguments(block, "out", event.payload, owner);
   if (event.cycle) {
-    lose(event.name, "a cycle", event.place);
+    lose(owner, "a cycle");
   }
   if (!event.e2e.profile.empty()) {
-    lose(event.name, "E2E protection", event.place);
+    lose(owner, "E2E protection");
   }
   return block;
 }
 
 Block Deployment::interface(const Container& container) {
   const Service& service = *container.service;
+  service_ = full_name(service.scope, service.name);
+  place_ = service.place;
   Block block{.head = fmt::format("define org.genivi.commonapi.someip.deployment for interface {}",
                                   container.full())};
   if (service.id) {
     block.settings.push_back(fmt::format("SomeIpServiceID = {}", static_cast<unsigned>(*service.id)));
   } else {
-    lose(service.name, "it has no SomeIpServiceID yet", service.place);
+    lose(service_, "it has no SomeIpServiceID yet");
   }
   if (!service.eventgroups.empty()) {
     std::vector<someip::EventgroupId> groups;
     for (const Eventgroup& group : service.eventgroups) {
       groups.push_back(group.id);
       if (!group.name.empty()) {
-        lose(service.name, fmt::format("the name '{}' of an eventgroup", group.name), group.place);
+        lose(service_, fmt::format("the name '{}' of an eventgroup", group.name), group.place);
       }
     }
     block.settings.push_back("SomeIpEventGroups = " + listed(groups));
   }
   if (!service.namespaces.empty()) {
-    lose(service.name, "namespaces", service.place);
+    lose(service_, "namespaces");
   }
-  kept(block, service.notes, {"DefaultTimeout"}, service.name);
+  kept(block, service.notes, {"DefaultTimeout"}, service_);
   const Inherited inherited{plan_.service(service.base)};
   for (const Field& field : service.fields) {
     if (!inherited.fields.contains(field.name) && plan_.is_written(field)) {
@@ -575,12 +587,12 @@ Block Deployment::interface(const Container& container) {
     }
   }
   for (const Method& one : service.methods) {
-    if (!inherited.methods.contains(one.name)) {
+    if (!inherited.methods.contains(member_key(one.name, one.selector))) {
       block.children.push_back(method(one));
     }
   }
   for (const Event& one : service.events) {
-    if (!inherited.events.contains(one.name)) {
+    if (!inherited.events.contains(member_key(one.name, one.selector))) {
       block.children.push_back(event(one));
     }
   }
@@ -599,6 +611,7 @@ Block Deployment::collection(const Container& container) {
 Block Deployment::provider(const Instance& instance, const std::string& name) {
   Block block{.head = "define org.genivi.commonapi.someip.deployment for provider as " + name};
   Block inner{.head = "instance " + plan_.service_name(instance.service)};
+  place_ = instance.place;
   inner.settings.push_back("InstanceId = " + quoted(instance.name.empty() ? name : instance.name));
   if (instance.name.empty()) {
     lose(instance.service, fmt::format("an instance without a name, which gets the InstanceId '{}'", name),
@@ -634,7 +647,7 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
     inner.settings.push_back("SomeIpMulticastPorts = " + listed(ports));
     inner.settings.push_back("SomeIpMulticastThreshold = " + listed(thresholds));
   }
-  kept(inner, instance.notes, {"Domain", "Variant", "Year", "PreregisteredProperties"}, instance.name);
+  kept(inner, instance.notes, {"Domain", "Variant", "Year", "PreregisteredProperties"}, label_of(instance));
   if (instance.timing || instance.priority || instance.weight || !instance.configuration.empty() ||
       !instance.machine.empty()) {
     lose(label_of(instance), "settings of service discovery, or the machine", instance.place);

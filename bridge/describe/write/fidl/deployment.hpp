@@ -60,14 +60,23 @@ class Deployment {
                 int retention_ms, const std::string& owner);
   void kept(Block& block, const Notes& notes, std::initializer_list<const char*> keys,
             const std::string& owner);
-  void lose(const std::string& element, std::string what, Place place = {}) {
-    lost_.push_back({element, std::move(what), place});
+  /// "car.Door.open": what a member of the service is called in what is lost. Its place is that of what
+  /// follows.
+  std::string member(const std::string& key, Place place) {
+    place_ = place;
+    return service_ + "." + key;
+  }
+  void lose(const std::string& element, std::string what) { lose(element, std::move(what), place_); }
+  void lose(const std::string& element, std::string what, Place place) {
+    lost_.push_back({element, std::move(what), place.mark.line == 0 ? place_ : place});
   }
 
   const Model& model_;
   const Plan& plan_;
   std::vector<NotCarried>& lost_;
   std::size_t overwrites_ = 0;
+  std::string service_{};  ///< that is written, by its full name
+  Place place_{};          ///< of the element that is written
 };
 
 }  // namespace trestle::describe::fidl_writing

@@ -56,6 +56,19 @@ std::string package_of(std::string_view scope) {
   return package.empty() ? "unnamed" : package;
 }
 
+/// The same where it can be the name of a file, else its beginning and a checksum of it.
+std::string fitting(const std::string& package) {
+  constexpr std::size_t most = 200;
+  if (package.size() <= most) {
+    return package;
+  }
+  std::uint32_t sum = 2166136261U;  // FNV-1a
+  for (const char character : package) {
+    sum = (sum ^ static_cast<unsigned char>(character)) * 16777619U;
+  }
+  return fmt::format("{}_{:08x}", std::string_view{package}.substr(0, most - 9), sum);
+}
+
 /// FDEPL says nothing of an error that a method declares in place: it is as wide as its base, or has one
 /// byte.
 bool can_stand_in_method(const Model& model, const Type& error) {
@@ -219,7 +232,7 @@ void Plan::place_services() {
   std::map<std::string, Container> packages;  // for their names
   for (const Service& service : model_.services) {
     Container container;
-    container.package = package_of(service.scope);
+    container.package = fitting(package_of(service.scope));
     if (container.package != service.scope) {
       lost_.push_back({full_name(service.scope, service.name),
                        fmt::format("the package '{}' is written as {}", service.scope, container.package),
@@ -243,11 +256,15 @@ std::size_t Plan::container_for(const std::string& scope) {
   Container container;
   const std::string path = package_of(scope);
   const std::size_t dot = path.rfind('.');
-  if (packages_.contains(path) || dot == std::string::npos) {
-    container.package = path;
+  if (packages_.contains(fitting(path)) || dot == std::string::npos) {
+    container.package = fitting(path);
   } else {
-    container.package = path.substr(0, dot);
+    container.package = fitting(path.substr(0, dot));
     container.name = path.substr(dot + 1);
+  }
+  if (!path.starts_with(container.package)) {
+    lost_.push_back({scope, fmt::format("its package, which is too long for a file, is written as {}",
+                                        container.package)});
   }
   const auto [same, is_new] = collections_.try_emplace(container.full(), containers_.size());
   if (!is_new) {

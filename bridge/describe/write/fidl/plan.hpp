@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/describe/member_names.hpp"
 #include "bridge/describe/model.hpp"
 
 /// How a model becomes files: which type is declared where, and under which name.
@@ -87,10 +88,10 @@ struct Inherited {
       fields.insert(one.name);
     }
     for (const Method& one : base->service->methods) {
-      methods.insert(one.name);
+      methods.insert(member_key(one.name, one.selector));
     }
     for (const Event& one : base->service->events) {
-      events.insert(one.name);
+      events.insert(member_key(one.name, one.selector));
     }
   }
   std::set<std::string, std::less<>> fields{};

@@ -49,14 +49,16 @@ class Writer {
   void method(std::string& text, const Container& in, const Method& method);
   void event(std::string& text, const Container& in, const Event& event);
   void values(std::string& text, const Container& in, const std::vector<Value>& values,
-              const std::string& margin);
-  void enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin);
+              const std::string& margin, const std::string& owner);
+  void enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin,
+                   const std::string& owner);
   /// @param renamed_from  null: the element has the name that it has in the model
+  /// @param element  what it is called in what is lost: "car.Door.open"
   void notes(std::string& text, const Notes& notes, const std::string& margin,
-             const std::string* renamed_from, const std::string& owner);
-  void named_notes(std::string& text, const Notes& notes, const std::string& margin,
-                   const std::string& name) {
-    this->notes(text, notes, margin, usable(name, false) == name ? nullptr : &name, name);
+             const std::string* renamed_from, const std::string& element, Place place);
+  void named_notes(std::string& text, const Notes& notes, const std::string& margin, const std::string& name,
+                   const std::string& element, Place place) {
+    this->notes(text, notes, margin, usable(name, false) == name ? nullptr : &name, element, place);
   }
   [[nodiscard]] std::string use(const Container& in, TypeIndex type) const {
     return plan_.reference(type, in) + (plan_.is_inline(plan_.root(type)) ? "[]" : "");
@@ -191,7 +193,7 @@ void Writer::fidl(const std::string& package) {
 }
 
 void Writer::notes(std::string& text, const Notes& notes, const std::string& margin,
-                   const std::string* renamed_from, const std::string& owner) {
+                   const std::string* renamed_from, const std::string& element, Place place) {
   std::vector<std::string> lines;
   if (!notes.description.empty()) {
     lines.push_back("@description : " + annotation_text(notes.description, margin));
@@ -206,7 +208,7 @@ void Writer::notes(std::string& text, const Notes& notes, const std::string& mar
     if (is_known_annotation(name)) {
       lines.push_back(name + " : " + annotation_text(value, margin));
     } else if (name.starts_with('@')) {
-      lose(owner, fmt::format("the annotation {}, which Franca does not know", name), {});
+      lose(element, fmt::format("the annotation {}, which Franca does not know", name), place);
     }
   }
   if (lines.empty()) {
@@ -228,13 +230,14 @@ void Writer::container(std::string& text, const Container& container) {
     text += "    version { major 1 minor 0 }\n";
   } else {
     const Service& service = *container.service;
-    notes(text, service.notes, "", container.name == service.name ? nullptr : &service.name, service.name);
+    const std::string full = full_name(service.scope, service.name);
+    notes(text, service.notes, "", container.name == service.name ? nullptr : &service.name, full,
+          service.place);
     text += "interface " + container.name;
     if (!service.base.empty()) {
       const std::string base = plan_.service_name(service.base);
       if (base.empty()) {
-        lose(service.name,
-             fmt::format("the interface {} that it extends, which is not described", service.base),
+        lose(full, fmt::format("the interface {} that it extends, which is not described", service.base),
              service.place);
       } else {
         text += " extends " + base;
@@ -243,7 +246,12 @@ void Writer::container(std::string& text, const Container& container) {
     std::string managed;
     for (const std::string& name : service.manages) {
       const std::string other = plan_.service_name(name);
-      managed += other.empty() ? "" : (managed.empty() ? " manages " : ", ") + other;
+      if (other.empty()) {
+        lose(full, fmt::format("the interface {} that it manages, which is not described", name),
+             service.place);
+      } else {
+        managed += (managed.empty() ? " manages " : ", ") + other;
+      }
     }
     text += managed + fmt::format(" {{\n    version {{ major {} minor {} }}\n", service.major, service.minor);
     const Inherited inherited{plan_.service(service.base)};
@@ -253,12 +261,12 @@ void Writer::container(std::string& text, const Container& container) {
       }
     }
     for (const Method& one : service.methods) {
-      if (!inherited.methods.contains(one.name)) {
+      if (!inherited.methods.contains(member_key(one.name, one.selector))) {
         method(text, container, one);
       }
     }
     for (const Event& one : service.events) {
-      if (!inherited.events.contains(one.name)) {
+      if (!inherited.events.contains(member_key(one.name, one.selector))) {
         event(text, container, one);
       }
     }
@@ -271,7 +279,8 @@ void Writer::container(std::string& text, const Container& container) {
       continue;
     }
     text += "\n";
-    named_notes(text, constant->notes, margin, constant->name);
+    named_notes(text, constant->notes, margin, constant->name, full_name(constant->scope, constant->name),
+                constant->place);
     text +=
         fmt::format("    const {} {} = {}\n", use(container, constant->type), name(constant->name), value);
   }
@@ -282,18 +291,19 @@ void Writer::container(std::string& text, const Container& container) {
 }
 
 void Writer::values(std::string& text, const Container& in, const std::vector<Value>& all,
-                    const std::string& margin) {
+                    const std::string& margin, const std::string& owner) {
   for (const Value& value : all) {
     if (!plan_.is_left_out(value.type)) {
-      named_notes(text, value.notes, margin, value.name);
+      named_notes(text, value.notes, margin, value.name, owner + "." + value.name, value.place);
       text += fmt::format("{}{} {}\n", margin, use(in, value.type), name(value.name));
     }
   }
 }
 
-void Writer::enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin) {
+void Writer::enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin,
+                         const std::string& owner) {
   for (const Enumerator& one : all) {
-    named_notes(text, one.notes, margin, one.name);
+    named_notes(text, one.notes, margin, one.name, owner + "." + one.name, one.place);
     text += fmt::format("{}{} = {}\n", margin, name(one.name), one.value);
   }
 }
@@ -302,7 +312,8 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
   const Type& type = model_.at(index);
   const Declared& declared = *plan_.declared(index);
   text += "\n";
-  notes(text, type.notes, "    ", declared.renamed ? &type.name : nullptr, full_name(type.scope, type.name));
+  const std::string full = full_name(type.scope, type.name);
+  notes(text, type.notes, "    ", declared.renamed ? &type.name : nullptr, full, type.place);
   const std::string extends = type.base == no_type || plan_.is_left_out(type.base)
                                   ? ""
                                   : " extends " + plan_.reference(type.base, in);
@@ -314,12 +325,12 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
     case Kind::choice:
       text += fmt::format("    {} {}{}{} {{\n", type.kind == Kind::structure ? "struct" : "union",
                           declared.name, extends, type.polymorphic ? " polymorphic" : "");
-      values(text, in, type.members, "        ");
+      values(text, in, type.members, "        ", full);
       text += "    }\n";
       break;
     case Kind::enumeration:
       text += fmt::format("    enumeration {}{} {{\n", declared.name, extends);
-      enumerators(text, type.enumerators, "        ");
+      enumerators(text, type.enumerators, "        ", full);
       text += "    }\n";
       break;
     case Kind::map:
@@ -338,19 +349,20 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
 }
 
 void Writer::attribute(std::string& text, const Container& in, const Field& field) {
+  const std::string element = full_name(in.service->scope, in.service->name) + "." + field.name;
   if (!plan_.is_written(field)) {
-    lose(field.name, "an attribute without a value", field.place);
+    lose(element, "an attribute without a value", field.place);
     return;
   }
   text += "\n";
-  named_notes(text, field.notes, "    ", field.name);
+  named_notes(text, field.notes, "    ", field.name, element, field.place);
   text += fmt::format("    attribute {} {}{}{}", use(in, field.payload.values.front().type), name(field.name),
                       field.has_setter ? "" : " readonly", field.has_notifier ? "" : " noSubscriptions");
   if (!field.has_getter) {
     if (field.has_setter || field.has_notifier) {
       text += " noRead";
     } else {
-      lose(field.name, "an attribute that has neither getter nor setter nor notifier", field.place);
+      lose(element, "an attribute that has neither getter nor setter nor notifier", field.place);
     }
   }
   text += "\n";
@@ -358,14 +370,16 @@ void Writer::attribute(std::string& text, const Container& in, const Field& fiel
 
 void Writer::method(std::string& text, const Container& in, const Method& method) {
   text += "\n";
-  named_notes(text, method.notes, "    ", method.name);
+  const std::string element =
+      full_name(in.service->scope, in.service->name) + "." + member_key(method.name, method.selector);
+  named_notes(text, method.notes, "    ", method.name, element, method.place);
   text += fmt::format("    method {}{}{} {{\n", name(method.name),
                       method.selector.empty() ? "" : ":" + name(method.selector),
                       method.fire_and_forget ? " fireAndForget" : "");
   const auto part = [&](const char* word, const std::vector<Value>& all) {
     if (!all.empty()) {
       text += fmt::format("        {} {{\n", word);
-      values(text, in, all, "            ");
+      values(text, in, all, "            ", element);
       text += "        }\n";
     }
   };
@@ -378,7 +392,7 @@ void Writer::method(std::string& text, const Container& in, const Method& method
       const Type& error = model_.at(method.error);
       text += "        error " +
               (error.base == no_type ? "" : "extends " + plan_.reference(error.base, in) + " ") + "{\n";
-      enumerators(text, error.enumerators, "            ");
+      enumerators(text, error.enumerators, "            ", element);
       text += "        }\n";
     }
   }
@@ -387,13 +401,15 @@ void Writer::method(std::string& text, const Container& in, const Method& method
 
 void Writer::event(std::string& text, const Container& in, const Event& event) {
   text += "\n";
-  named_notes(text, event.notes, "    ", event.name);
+  const std::string element =
+      full_name(in.service->scope, in.service->name) + "." + member_key(event.name, event.selector);
+  named_notes(text, event.notes, "    ", event.name, element, event.place);
   text += fmt::format("    broadcast {}{}{} {{\n", name(event.name),
                       event.selector.empty() ? "" : ":" + name(event.selector),
                       event.selective ? " selective" : "");
   if (!event.payload.values.empty()) {
     text += "        out {\n";
-    values(text, in, event.payload.values, "            ");
+    values(text, in, event.payload.values, "            ", element);
     text += "        }\n";
   }
   text += "    }\n";

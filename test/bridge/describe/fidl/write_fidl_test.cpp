@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <map>
+#include <set>
 
+#include "bridge/describe/join.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "test/bridge/describe/fidl/corpus.hpp"
 #include "test/bridge/describe/lost.hpp"
@@ -64,7 +67,7 @@ void expect_round_trip(const Model& model, const std::string& name) {
 /// What version 2, or FIDL as Franca has it, has no form for.
 const std::map<std::string, std::string>& lossy() {
   static const std::map<std::string, std::string> files{
-      {"drivingLane.fdepl", "LaneDetected: SomeIpPriority = 0"},
+      {"drivingLane.fdepl", "genivi.aasr.showcase.IDrivingLane.LaneDetected: SomeIpPriority = 0"},
       {"N2.fidl", "std_msgs.msg.Empty: a type without content, and what is of it"}};
   return files;
 }
@@ -327,7 +330,7 @@ TEST(WriteFidl, DeploysNoAttributeThatItDoesNotWrite) {
                             .has_setter = false});
   model.services.push_back(std::move(service));
   const Written written = write_fidl(model);
-  EXPECT_THAT(lost(written), Contains("field_0778: an attribute without a value"));
+  EXPECT_THAT(lost(written), Contains("car.Door.field_0778: an attribute without a value"));
   EXPECT_THAT(all_text(written), Not(HasSubstr("field_0778")));
   EXPECT_TRUE(read_back(written).ok()) << all_problems(read_back(written));
 }
@@ -342,12 +345,78 @@ TEST(WriteFidl, TellsWhatItCannotCarry) {
   event.cycle = std::chrono::milliseconds{10};
   model.machines.push_back({.name = "M"});
   const Written written = write_fidl(model);
-  for (const char* what : {"double.words: a data id (TLV)", "double: E2E protection", "double: a cycle",
+  for (const char* what : {"std_msgs.Door.double.words: a data id (TLV)",
+                           "std_msgs.Door.double: E2E protection", "std_msgs.Door.double: a cycle",
                            "M: a machine", "std_msgs.Empty: a type without content, and what is of it",
-                           "double.nothing: a use of a type without content"}) {
+                           "std_msgs.Door.double.nothing: a use of a type without content"}) {
     EXPECT_THAT(lost(written), Contains(what));
   }
   EXPECT_TRUE(read_back(written).ok());
+}
+
+TEST(WriteFidl, TellsOfWhichServiceAndWhereWhatIsLostStands) {
+  Model model;
+  model.files = {"First.arxml", "Second.arxml"};
+  for (const char* name : {"Door", "Hatch"}) {
+    Service service{.name = name, .scope = "car", .id = someip::ServiceId{0x1234}};
+    service.notes.others["@odd"] = "x";
+    service.manages = {"car.Lock"};
+    Method method{.name = "open",
+                  .id = someip::MethodId{1},
+                  .selector = "slowly",
+                  .place = {.file = 1, .mark = {.line = 7, .column = 3}}};
+    method.response.alignment = 4;
+    method.request.values.push_back({.name = "speed",
+                                     .type = model.add({.kind = Kind::primitive}),
+                                     .default_value = "1",
+                                     .notes = {.others = {{"@odd", "y"}}}});
+    service.methods.push_back(std::move(method));
+    model.services.push_back(std::move(service));
+  }
+  const Written written = write_fidl(model);
+  EXPECT_THAT(
+      lost(written),
+      ::testing::IsSupersetOf({"car.Door: the annotation @odd, which Franca does not know",
+                               "car.Door: the interface car.Lock that it manages, which is not described",
+                               "car.Door.open:slowly: alignment of its response",
+                               "car.Door.open:slowly.speed: a default value",
+                               "car.Door.open:slowly.speed: the annotation @odd, which Franca does not know",
+                               "car.Hatch.open:slowly: alignment of its response"}));
+  const auto aligned = std::ranges::find(written.not_carried, "alignment of its response", &NotCarried::what);
+  ASSERT_NE(aligned, written.not_carried.end());
+  EXPECT_EQ(to_string(model, aligned->place), "Second.arxml:7:3");
+}
+
+TEST(WriteFidl, WritesAnOverloadOfWhatTheBaseHas) {
+  const std::vector<SourceText> sources{
+      {"I.fidl",
+       "package p interface A { version { major 1 minor 0 } method m { in { UInt8 x } } broadcast b { out { "
+       "UInt8 x } } } interface B extends A { version { major 1 minor 0 } method m:wide { in { UInt32 x } } "
+       "broadcast b:wide { out { UInt32 x } } }"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  ASSERT_EQ(reading.model.services.at(1).methods.size(), 2U);
+  const std::string text = all_text(write_fidl(reading.model));
+  EXPECT_THAT(text, HasSubstr("method m:wide {"));
+  EXPECT_THAT(text, HasSubstr("broadcast b:wide {"));
+}
+
+TEST(WriteFidl, NamesNoFileThatASystemRefuses) {
+  Model model;
+  const std::string longer(300, 'a');
+  for (const char* end : {"x", "y"}) {
+    model.services.push_back({.name = "Door", .scope = "org." + longer + end});
+  }
+  const Written written = write_fidl(model);
+  ASSERT_EQ(written.files.size(), 4U);
+  std::set<std::string> names;
+  for (const TextFile& file : written.files) {
+    EXPECT_LE(file.path.size(), 210U);
+    names.insert(file.path);
+  }
+  EXPECT_EQ(names.size(), 4U);
+  EXPECT_THAT(lost(written), Contains(::testing::StartsWith("org." + longer + "x.Door: the package '")));
+  EXPECT_TRUE(read_back(written).ok()) << all_problems(read_back(written));
 }
 
 }  // namespace
