@@ -165,6 +165,9 @@ int run_page(GenerateArguments& arguments) {
   }
   settings->targets = options;
   settings->targets.routes.type_paths = {"."};  // the page saves all together, as `-o` does
+  for (const std::string& folder : settings->type_folders) {
+    settings->targets.routes.type_paths.push_back(fs::absolute(folder).lexically_normal().string());
+  }
   arguments.sources.network.set_address(arguments.inputs.address());
   return serve_page(*at, std::move(*settings), [&] { return arguments.sources.network.config(); });
 }

@@ -13,6 +13,7 @@
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/protection.hpp"
+#include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/explanation.hpp"
@@ -163,7 +164,20 @@ web::Answer Page::preview(const PageSystem& loaded, const PageQuestion& question
   Json files = Json::array();
   Json lost = Json::array();
   if (loaded.system.good) {
-    const describe::Written written = wanted->write(loaded.system, settings_.targets);
+    // Types of ROS are in no file that a target writes, so that their files go along, with the messages.
+    TargetOptions options = settings_.targets;
+    for (const describe::SourceText& file : question.files) {
+      const auto path = describe::kind_of(file.name, file.text) == describe::SourceKind::ros
+                            ? describe::ros_file_path(file)
+                            : std::nullopt;
+      if (path) {
+        options.routes.interfaces.push_back(*path);
+        if (question.target == "msg") {
+          files.push_back({{"name", *path}, {"text", file.text}});
+        }
+      }
+    }
+    const describe::Written written = wanted->write(loaded.system, options);
     for (const describe::TextFile& file : written.files) {
       files.push_back({{"name", file.path}, {"text", file.text}});
     }

@@ -260,6 +260,12 @@ std::optional<std::string> ros_package_folder(const SourceText& file) {
   return folder.empty() ? std::nullopt : std::optional{folder};
 }
 
+std::optional<std::string> ros_file_path(const SourceText& file) {
+  const auto name = name_of(file);
+  return name ? std::optional{name->interface.full() + fs::path{file.name}.extension().string()}
+              : std::nullopt;
+}
+
 Reading read_ros_files(std::span<const SourceText> files, const std::vector<std::string>& folders,
                        bool look_beside) {
   std::vector<documents::Problem> problems;

@@ -28,6 +28,9 @@ struct RosInterface {
 /// The folder with the package that such a file is of, among others; nothing: it has no name of a ROS type.
 [[nodiscard]] std::optional<std::string> ros_package_folder(const SourceText& file);
 
+/// Where such a file is in a folder of packages: "pkg/msg/Type.msg"; nothing: it has no name of a ROS type.
+[[nodiscard]] std::optional<std::string> ros_file_path(const SourceText& file);
+
 /// Those of `.msg`, `.srv`, `.action` and `.idl` files. "…/pkg/msg/Type.msg" is pkg/msg/Type; a file in
 /// another folder is of the package that is named like that folder. Types that they are made of are looked
 /// for among the files, in the packages beside them, in AMENT_PREFIX_PATH, and among those that are compiled

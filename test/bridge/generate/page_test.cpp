@@ -237,6 +237,21 @@ TEST_F(PageTest, FindsTypesInTheFoldersThatItWasStartedWith) {
   EXPECT_TRUE(system["good"]) << system["problems"];
 }
 
+TEST_F(PageTest, NamesFilesOfRosTypesInItsRouteFileAndSavesThemThere) {
+  const json files{{"files", {{{"name", "door_msgs/msg/Door.msg"}, {"text", "uint8 angle\n"}}}}};
+  json asked = files;
+  asked["target"] = "routes";
+  const json routes = ask("/api/preview", asked);
+  ASSERT_THAT(routes["files"], SizeIs(1));
+  EXPECT_THAT(routes["files"][0]["text"].get<std::string>(),
+              HasSubstr("interfaces: [door_msgs/msg/Door.msg]"));
+  asked["target"] = "msg";
+  const json saved = ask("/api/preview", asked);
+  ASSERT_THAT(saved["files"], SizeIs(1));
+  EXPECT_EQ(saved["files"][0]["name"], "door_msgs/msg/Door.msg");
+  EXPECT_EQ(saved["files"][0]["text"], "uint8 angle\n");
+}
+
 TEST_F(PageTest, TellsWhatIsWrongWithItsPlace) {
   const json system =
       ask("/api/system", {{"files", {{{"name", "a.fidl"}, {"text", "package a\ninterface {"}}}}});
