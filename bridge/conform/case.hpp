@@ -8,7 +8,8 @@
 //   protection.hpp end-to-end protection, from AUTOSAR's specification
 //   verdict.hpp    what becomes of a case; runner.hpp: runs cases; parallel.hpp: several devices at once;
 //                  selftest.hpp: runs them against faults
-//   report.hpp     results as text, JUnit XML and JSON
+//   report.hpp     results as text, JUnit XML and JSON; report_page.hpp: as a page for browsers
+//   packet_text.hpp     packets in short
 //   results_file.hpp, compare_runs.hpp  JSON results read again, and compared
 //   catalogue.hpp  requirements and TC8 cases
 //

@@ -123,6 +123,7 @@ Attempt attempt_at(const Case& one, Run& run) {
 
 void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResult& result) {
   result.evidence = one.id + ".pcapng";
+  result.timeline = timeline(run.tester.packets());
   const std::string title = fmt::format("{}: {} ({}){}{}", one.id, one.title, to_string(outcome.verdict),
                                         outcome.reason.empty() ? "" : ": ", outcome.reason);
   std::ofstream{run.options.folder + "/" + result.evidence, std::ios::binary}

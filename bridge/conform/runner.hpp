@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bridge/conform/case.hpp"
+#include "bridge/conform/packet_text.hpp"
 #include "bridge/conform/profile.hpp"
 #include "bridge/conform/verdict.hpp"
 
@@ -17,6 +18,7 @@ struct CaseResult {
   Attempt outcome{};  ///< of the last attempt
   int attempts = 0;
   std::chrono::milliseconds took{0};
+  Timeline timeline{};     ///< what the capture has, in short
   std::string evidence{};  ///< the capture's file name within the folder; empty: nothing was written
 };
 

@@ -20,6 +20,7 @@
 #include "bridge/conform/parallel.hpp"
 #include "bridge/conform/profile.hpp"
 #include "bridge/conform/report.hpp"
+#include "bridge/conform/report_page.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
 #include "bridge/documents/document.hpp"
@@ -251,7 +252,8 @@ int run(const Arguments& arguments) {
   progress.clear();
   write(arguments.folder + "/junit.xml", junit_xml(result, info));
   write(arguments.folder + "/results.json", results_json(result, info));
-  fmt::print("{}\n{}results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
+  write(arguments.folder + "/report.html", report_page(result, info));
+  fmt::print("{}\n{}report.html, results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
              summary(result, tree.colours()), tree.colours().dim, arguments.folder, arguments.seed,
              tree.colours().off);
   const bool good =
