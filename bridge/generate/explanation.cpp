@@ -33,7 +33,8 @@ struct Part {
   Protection e2e{};
   std::string type{};  ///< the ROS message of its values; empty: there is none
   messages::MessageRules rules{};
-  std::string argument{};  ///< as LoweredMember::argument
+  std::string argument{};                            ///< as LoweredMember::argument
+  std::shared_ptr<const describe::Lowered> alone{};  ///< of a type: what it is without services
 };
 
 /// Fields of an E2E header, in order: docs/e2e.md.
@@ -176,13 +177,14 @@ class Search {
       alone.services = {{.name = "Type"}};
       describe::Event event{.name = "value"};
       event.payload = made.payload;
+      event.payload.values[0].name = "value";
       alone.services[0].events.push_back(std::move(event));
-      const describe::Lowered lowered = describe::lower(alone);
-      if (!lowered.members.empty() &&
-          (type.kind == describe::Kind::structure || type.kind == describe::Kind::choice)) {
-        made.type = lowered.members[0].type;
-        made.rules = lowered.members[0].rules;
-        made.argument = lowered.members[0].argument;
+      made.alone = std::make_shared<describe::Lowered>(describe::lower(alone));
+      if (!made.alone->members.empty()) {
+        const LoweredMember& lowered = made.alone->members[0];
+        made.type = lowered.type;
+        made.rules = lowered.rules;
+        made.argument = lowered.argument;
       }
       found_.push_back(std::move(made));
       return;
@@ -220,8 +222,9 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
   if (part.type.empty()) {
     return tl::unexpected{fmt::format("{} has no form in ROS 2, so values cannot be given", part.element)};
   }
+  const describe::Lowered& lowered = part.alone ? *part.alone : system.lowered;
   auto library =
-      messages::TypeLibrary::of({std::make_shared<describe::ModelSource>(system.lowered, "the interfaces")});
+      messages::TypeLibrary::of({std::make_shared<describe::ModelSource>(lowered, "the interfaces")});
   auto tree = library.resolve(part.type);
   if (!tree) {
     return tl::unexpected{to_string(tree.error())};
@@ -230,8 +233,8 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
   const messages::TypeTree ros_tree = *tree;
   messages::Words words{.name = part.element, .argument = part.argument};
   for (const messages::MessageDefinition& message : tree->messages) {
-    const auto found = system.lowered.words.find(message.name);
-    words.messages.push_back(found == system.lowered.words.end() ? messages::MessageWords{} : found->second);
+    const auto found = lowered.words.find(message.name);
+    words.messages.push_back(found == lowered.words.end() ? messages::MessageWords{} : found->second);
   }
   const auto made = messages::MessageValues::make(std::move(*tree), part.rules, std::move(words));
   if (!made) {

@@ -1,5 +1,6 @@
 #include "bridge/generate/explanation.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -45,6 +46,26 @@ constexpr const char* door =
     "method open { in { Opening opening } out { Boolean done } }\n"
     "broadcast moved { out { Opening opening } }\n"
     "broadcast chosen { out { Any any } }\n";
+
+TEST(Explain, TakesValuesOfTypesOfEachKind) {
+  const describe::System system = system_of(std::string{door} +
+                                            "array Numbers of UInt16\nmap Places { Side to UInt8 }\n"
+                                            "typedef Angle is UInt16\nattribute Numbers numbers\n");
+  const auto bytes = [&](const char* type, const char* values) {
+    const auto made = explain(system, type, values);
+    std::string text;
+    for (const std::byte one : made ? made->at(0).bytes : std::vector<std::byte>{}) {
+      text += fmt::format("{:02x}", static_cast<unsigned>(one));
+    }
+    return made ? text : made.error();
+  };
+  EXPECT_EQ(bytes("Side", "RIGHT"), "01");
+  EXPECT_EQ(bytes("Any", "{large: 7}"), "000000040000000200000007");
+  EXPECT_EQ(bytes("Numbers", "[1, 2]"), "0000000400010002");
+  EXPECT_EQ(bytes("Places", "{RIGHT: 3}"), "000000020103");
+  EXPECT_EQ(bytes("Angle", "258"), "0102");
+  EXPECT_EQ(bytes("car.Door.Opening", "{side: RIGHT, angle: 1}").substr(0, 6), "010001");
+}
 
 TEST(Explain, FindsMembersByTheirSelectors) {
   const describe::System system = system_of(
