@@ -1,6 +1,7 @@
 #include "bridge/describe/read/arxml/adaptive.hpp"
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "bridge/describe/read/arxml/values.hpp"
@@ -132,9 +133,23 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
   if (const auto minor = number_in(interface.child("MINOR-VERSION"_tag), 0, 0xffff'ffff, problems_)) {
     service.minor = *minor;
   }
+  // Every target tells members by their names.
+  const auto is_new = [&](std::set<std::string_view>& names, const Node& node) {
+    const bool is = node.name.empty() || names.insert(node.name).second;
+    if (!is) {
+      problems_.warning(node.place(), Tree::path(&node) + " is there twice: the second one is left out");
+    }
+    return is;
+  };
+  std::set<std::string_view> event_names;
+  std::set<std::string_view> method_names;
+  std::set<std::string_view> field_names;
   // Pointers to elements are taken only when there are no more to come.
   std::vector<const Node*> events;
   each_in(&interface, "EVENTS"_tag, "VARIABLE-DATA-PROTOTYPE"_tag, [&](const Node& node) {
+    if (!is_new(event_names, node)) {
+      return;
+    }
     Event event{.name = std::string{node.name}};
     const Context& context = contexts_.of(&node);
     contexts_.fill(event.payload, context);
@@ -163,6 +178,9 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
     events.push_back(&node);
   });
   each_in(&interface, "TRIGGERS"_tag, "TRIGGER"_tag, [&](const Node& node) {
+    if (!is_new(event_names, node)) {
+      return;
+    }
     service.events.push_back(
         {.name = std::string{node.name}, .notes = notes_beside(node), .place = node.place()});
     contexts_.fill(service.events.back().payload, contexts_.of(&node));
@@ -170,11 +188,16 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
   });
   std::vector<const Node*> methods;
   each_in(&interface, "METHODS"_tag, "CLIENT-SERVER-OPERATION"_tag, [&](const Node& node) {
-    service.methods.push_back(read_method(node));
-    methods.push_back(&node);
+    if (is_new(method_names, node)) {
+      service.methods.push_back(read_method(node));
+      methods.push_back(&node);
+    }
   });
   std::vector<const Node*> fields;
   each_in(&interface, "FIELDS"_tag, "FIELD"_tag, [&](const Node& node) {
+    if (!is_new(field_names, node)) {
+      return;
+    }
     Field field{.name = std::string{node.name}};
     const Context& context = contexts_.of(&node);
     contexts_.fill(field.payload, context);

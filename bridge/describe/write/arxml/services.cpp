@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/member_names.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
 
 namespace trestle::describe::arxml_writer {
@@ -313,12 +314,12 @@ void Writer::write_service(const Service& service) {
   Xml triggers;
   Xml events;
   for (const Event& event : service.events) {
-    const std::string name = names["event " + event.name] = name_of(event.name);
+    const std::string name = names["event " + member_key(event.name, event.selector)] = name_of(event.name);
     Xml one;
     const bool is_trigger = write_event(one, service, event, path, name).empty();
     (is_trigger ? triggers : events).raw(one.text());
     if (is_trigger) {
-      names["trigger " + event.name] = name;
+      names["trigger " + member_key(event.name, event.selector)] = name;
     }
     if (event.selective || !event.selector.empty()) {
       lost(service.name + "." + event.name, event.selective ? "that it is selective" : "its selector",
@@ -375,7 +376,8 @@ void Writer::write_service(const Service& service) {
   list("FIELDS", fields.text());
   Xml methods;
   for (const Method& method : service.methods) {
-    const std::string name = names["method " + method.name] = name_of(method.name);
+    const std::string name = names["method " + member_key(method.name, method.selector)] =
+        name_of(method.name);
     write_method(methods, service, method, path, name);
   }
   list("METHODS", methods.text());
@@ -440,8 +442,8 @@ void Writer::write_deployment(const Service& service, const std::string& service
   };
   Xml events;
   for (const Event& event : service.events) {
-    const std::string& short_one = names.at("event " + event.name);
-    const bool is_trigger = names.contains("trigger " + event.name);
+    const std::string& short_one = names.at("event " + member_key(event.name, event.selector));
+    const bool is_trigger = names.contains("trigger " + member_key(event.name, event.selector));
     events.open("SOMEIP-EVENT-DEPLOYMENT");
     events.leaf("SHORT-NAME", short_one);
     events.reference(is_trigger ? "TRIGGER-REF" : "EVENT-REF",
@@ -460,12 +462,16 @@ void Writer::write_deployment(const Service& service, const std::string& service
   }
   Xml methods;
   for (const Method& method : service.methods) {
-    const std::string& short_one = names.at("method " + method.name);
+    const std::string& short_one = names.at("method " + member_key(method.name, method.selector));
     methods.open("SOMEIP-METHOD-DEPLOYMENT");
     methods.leaf("SHORT-NAME", short_one);
     methods.reference("METHOD-REF", "CLIENT-SERVER-OPERATION", service_path + "/" + short_one);
     transfer(methods, method.request_transfer, "-REQUEST");
     transfer(methods, method.response_transfer, "-RESPONSE");
+    if (method.id && someip::value(*method.id) == 0) {
+      lost(service.name + "." + method.name, "its id 0, which is reserved: readers take it for none",
+           method.place);
+    }
     if (method.id) {
       methods.leaf("METHOD-ID", number(someip::value(*method.id)));
     }

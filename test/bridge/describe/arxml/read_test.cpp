@@ -481,6 +481,25 @@ TEST(ReadArxml, JoinsPackagesAndFollowsReferencesOverFiles) {
       HasSubstr("error: the type /P/Speed is in none of the files: read the file that has it as well"));
 }
 
+TEST(ReadArxml, LeavesOutASecondMemberOfOneName) {
+  const std::string operation =
+      "<CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME></CLIENT-SERVER-OPERATION>";
+  const std::string field =
+      "<FIELD><SHORT-NAME>f</SHORT-NAME><TYPE-TREF DEST=\"X\">/ara/stdtypes/uint16_t</TYPE-TREF></FIELD>";
+  const Reading reading = read_texts({arxml(service(
+      "<EVENTS>" + event("moved", "/ara/stdtypes/uint16_t") + event("moved", "/ara/stdtypes/uint8_t") +
+      "</EVENTS><FIELDS>" + field + field + "</FIELDS><METHODS>" + operation + operation + "</METHODS>"))});
+  EXPECT_TRUE(reading.ok()) << problems_of(reading);
+  const Service& door = reading.model.services.at(0);
+  EXPECT_EQ(door.events.size(), 1U);
+  EXPECT_EQ(door.methods.size(), 1U);
+  EXPECT_EQ(door.fields.size(), 1U);
+  for (const char* name : {"moved", "open", "f"}) {
+    EXPECT_THAT(problems_of(reading),
+                HasSubstr("/P/Door/" + std::string{name} + " is there twice: the second one is left out"));
+  }
+}
+
 TEST(ReadArxml, TellsThatAMethodIdOfZeroIsNone) {
   const Reading reading = read_texts({arxml(
       service("<METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME></CLIENT-SERVER-OPERATION>"

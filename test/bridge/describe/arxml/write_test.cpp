@@ -9,6 +9,7 @@
 #include "bridge/describe/model_json.hpp"
 #include "someip/net/address_text.hpp"
 #include "test/bridge/describe/arxml/arxml_text.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -359,6 +360,28 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   EXPECT_THAT(
       lost, Contains(testing::AllOf(Field(&NotCarried::element, "Door." + model.services[0].fields[0].name),
                                     Field(&NotCarried::what, "that its id has no bit 15: readers set it"))));
+}
+
+TEST(WriteArxml, DeploysEachOfSeveralOverloads) {
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
+  for (const std::uint16_t number : {std::uint16_t{1}, std::uint16_t{2}}) {
+    const std::string selector = number == 1 ? "" : "far";
+    Event event{.name = "moved", .id = someip::MethodId(0x8000U + number), .selector = selector};
+    event.payload.values.push_back(value("x", u8));
+    service.events.push_back(std::move(event));
+    service.methods.push_back({.name = "open", .id = someip::MethodId{number}, .selector = selector});
+  }
+  service.methods.push_back({.name = "odd", .id = someip::MethodId{0}});
+  model.services.push_back(std::move(service));
+  const ArxmlFile written = write_arxml(model);
+  for (const char* path :
+       {"/car/Door/moved<", "/car/Door/moved_2<", "/car/Door/open<", "/car/Door/open_2<"}) {
+    EXPECT_THAT(written.text, HasSubstr(path));
+  }
+  EXPECT_THAT(lines_of(written.not_carried),
+              testing::Contains("Door.odd: its id 0, which is reserved: readers take it for none"));
 }
 
 }  // namespace
