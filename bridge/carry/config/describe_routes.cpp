@@ -533,6 +533,21 @@ class ChosenIds {
         candidates_[describe::ros_type_name(service.name)].push_back({&service});
       }
     }
+    // Those that were made of ROS types have members whose topics are fixed: "/go/_action/feedback".
+    for (auto& [name, candidates] : candidates_) {
+      for (Candidate& one : candidates) {
+        const auto add = [&](const auto& members) {
+          for (const auto& member : members) {
+            if (!member.ros_name.empty()) {
+              by_ros_name_[member.ros_name].insert(&one);
+            }
+          }
+        };
+        add(one.service->events);
+        add(one.service->fields);
+        add(one.service->methods);
+      }
+    }
   }
 
   void take(const BridgeConfig& config) {
@@ -610,7 +625,15 @@ class ChosenIds {
     Candidate* found = nullptr;
     bool has_scope = false;
     std::size_t count = 0;
-    for (Candidate& one : candidates_[service_part(name)]) {
+    if (const auto fixed = by_ros_name_.find(name); fixed != by_ros_name_.end()) {
+      for (Candidate* const one : fixed->second) {
+        if (!one->service->id) {
+          found = one;
+          ++count;
+        }
+      }
+    }
+    for (Candidate& one : candidates_[count == 0 ? service_part(name) : std::string{}]) {
       // Where several have one name, that of the topic begins with the scope.
       const std::string with_scope = "/" + describe::ros_field_name(one.service->scope) + "/" +
                                      describe::ros_field_name(one.service->name) + "/";
@@ -653,6 +676,7 @@ class ChosenIds {
 
   describe::Model& model_;
   std::map<std::string, std::vector<Candidate>, std::less<>> candidates_{};  ///< by what topics call them
+  std::map<std::string, std::set<Candidate*>> by_ros_name_{};                ///< of members
   std::map<someip::ServiceId, Candidate*> known_{};
 };
 

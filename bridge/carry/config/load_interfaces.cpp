@@ -243,6 +243,12 @@ class Expansion {
                                                        documents::quote(text), lost.front().what));
       return false;
     }
+    if (entry->node["type"].Scalar().find("/action/") != std::string::npos) {
+      problems_.error(mark,
+                      fmt::format("someip: {} is a part of an action, which `generate` carries as a whole",
+                                  documents::quote(text)));
+      return false;
+    }
     taken_.emplace(entry->service, entry->instance,
                    named->member.is_notifier_of_field ? notifier : list_of(named->member.kind),
                    entry->member);

@@ -150,6 +150,35 @@ TEST_F(DescribeRoutes, TakesTheInterfacesThatItNames) {
   EXPECT_THAT(reading.model.services[0].fields, SizeIs(3));
 }
 
+/// As `generate` writes routes of `.action` and `.srv` files: none of them is another service.
+TEST_F(DescribeRoutes, GivesServicesOfRosTypesTheIdsThatRoutesHave) {
+  std::filesystem::create_directories(folder_ / "car" / "action");
+  std::filesystem::create_directories(folder_ / "car" / "srv");
+  std::ofstream{folder_ / "car" / "action" / "Go.action"} << "int32 o\n---\nint32 r\n---\nint32 f\n";
+  std::ofstream{folder_ / "car" / "srv" / "Do.srv"} << "int32 o\n---\nint32 r\n";
+  const describe::Reading reading = read(R"(
+someip: {address: 127.0.0.1}
+interfaces: [car]
+methods:
+  - {ros_service: /do_value, type: car/srv/Do, server: ros, service: 0x4d6e, instance: 1, method: 7, port: 30502}
+actions:
+  - {action: /go, type: car/action/Go, server: ros, service: 0x4de7, instance: 1, port: 30501, eventgroup: 1,
+     methods: {send_goal: 1, cancel_goal: 2, get_result: 3}, events: {feedback: 0x8001, status: 0x8002}}
+)");
+  ASSERT_TRUE(reading.ok()) << reading.problems[0].text;
+  ASSERT_THAT(reading.model.services, SizeIs(2));
+  for (const describe::Service& service : reading.model.services) {
+    const bool is_action = service.name == "GoService";
+    EXPECT_EQ(service.id, someip::ServiceId(is_action ? 0x4de7 : 0x4d6e)) << service.name;
+    for (const describe::Method& method : service.methods) {
+      EXPECT_TRUE(method.id) << method.name;
+    }
+    for (const describe::Event& event : service.events) {
+      EXPECT_TRUE(event.id) << event.name;
+    }
+  }
+}
+
 /// As `generate` writes a FIDL without FDEPL: the ids stand in the routes, the types in the FIDL.
 TEST_F(DescribeRoutes, GivesInterfacesTheIdsThatTheyLack) {
   std::ofstream{folder_ / "Lamp.fidl"} << "package car\n"

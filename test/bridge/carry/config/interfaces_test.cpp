@@ -122,6 +122,9 @@ TEST_F(InterfacesTest, MakeAnActionOfAnAction) {
   // Of other bridges, too: that is a key of each entry.
   const Loaded from = good("interfaces: [car/action/Spin.action]\ngenerate: {from_bridges: [10.0.0.9]}\n");
   EXPECT_THAT(from.config.routes.at(0).from_bridges, SizeIs(1));
+  EXPECT_THAT(
+      errors("interfaces: [car/action/Spin.action]\nroutes: [{someip: SpinService.feedback}]\n"),
+      HasSubstr("'SpinService.feedback' is a part of an action, which `generate` carries as a whole"));
 }
 
 TEST_F(InterfacesTest, NameWhatARouteCarries) {
