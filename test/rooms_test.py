@@ -34,7 +34,7 @@ bridge/describe/sources
 bridge/cli bridge/traffic bridge/web
 bridge/traffic/live
 bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
-bridge/carry/runtime bridge/conform/cases bridge/inspect/tools bridge/measure/demo bridge/measure/perf
+bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
 bridge/carry/commands bridge/conform/commands bridge/generate
 bridge/program
 """

@@ -114,7 +114,7 @@ std::string case_text(const CaseResult& result, const RunInfo& info, const cli::
   std::string all = fmt::format("{}{:>14}{}  {}  {}{}{}", colour_of(result.outcome.verdict, colours),
                                 to_string(result.outcome.verdict), colours.off, one.id, colours.dim,
                                 one.title, colours.off);
-  if (result.outcome.verdict == Verdict::pass) {
+  if (result.outcome.reason.empty()) {
     return all;
   }
   all += fmt::format("\n{:>16}{}", "", result.outcome.reason);

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
@@ -16,11 +15,12 @@
 #include "bridge/cli/signals.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/commands/replay_command.hpp"
+#include "bridge/conform/commands/result_output.hpp"
 #include "bridge/conform/commands/results_commands.hpp"
 #include "bridge/conform/parallel.hpp"
 #include "bridge/conform/profile.hpp"
 #include "bridge/conform/report.hpp"
-#include "bridge/conform/report_page.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
 #include "bridge/documents/document.hpp"
@@ -117,14 +117,6 @@ std::string programs() {
   return fs::read_symlink("/proc/self/exe").parent_path().string();
 }
 
-void write(const std::string& file, const std::string& text) {
-  std::ofstream out{file, std::ios::binary};
-  out << text;
-  if (!out.flush()) {
-    throw std::runtime_error{"cannot write " + file};
-  }
-}
-
 /// The case that runs now, on a line that the next one takes away. Only where somebody looks.
 class Progress {
  public:
@@ -149,27 +141,6 @@ class Progress {
   std::size_t count_;
   std::size_t number_ = 0;
   bool shown_;
-};
-
-/// Prints each result below a heading for each area.
-class Tree {
- public:
-  explicit Tree(const RunInfo& info) : info_{info} {}
-
-  void add(const CaseResult& result) {
-    if (const std::string area = group_of(result.what->id); area != area_) {
-      area_ = area;
-      fmt::print("{}{}{}\n", colours_.bold, area, colours_.off);
-    }
-    fmt::print("{}\n", case_text(result, info_, colours_));
-    std::fflush(stdout);
-  }
-  [[nodiscard]] const cli::Colours& colours() const { return colours_; }
-
- private:
-  const RunInfo& info_;
-  cli::Colours colours_ = cli::colours_for(STDOUT_FILENO);
-  std::string area_;
 };
 
 RunInfo info_of(const Arguments& arguments, const Profile& profile) {
@@ -233,7 +204,7 @@ int run(const Arguments& arguments) {
     return cli::exit_usage;
   }
   const auto& [cases, profile, info, signals] = *begun;
-  Tree tree{info};
+  ResultTree tree{info};
   Progress progress{cases.size()};
   const RunResult result = run_cases(profile, cases,
                                      {.folder = arguments.folder,
@@ -250,9 +221,7 @@ int run(const Arguments& arguments) {
                                             }
                                           }});
   progress.clear();
-  write(arguments.folder + "/junit.xml", junit_xml(result, info));
-  write(arguments.folder + "/results.json", results_json(result, info));
-  write(arguments.folder + "/report.html", report_page(result, info));
+  write_results(result, info);
   fmt::print("{}\n{}report.html, results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
              summary(result, tree.colours()), tree.colours().dim, arguments.folder, arguments.seed,
              tree.colours().off);
@@ -287,7 +256,7 @@ int check_itself(const Arguments& arguments) {
     return cli::exit_usage;
   }
   const auto& [cases, profile, info, signals] = *begun;
-  Tree tree{info};
+  ResultTree tree{info};
   const cli::Colours& colours = tree.colours();
   const SelftestResult result = selftest(
       profile, cases,
@@ -405,6 +374,7 @@ void add_conform_command(CLI::App& app, int& status) {
       "  trestle conform selftest --dut examples/ets_device/profile.yaml --fault ack-ttl --quick\n"
       "Exit status: 0 when all faults are found and no case fails without a fault, 1 otherwise.",
       true);
+  add_replay_command(*conform, status);
   add_results_commands(*conform, status);
   test_command->add_option("--fault", test_arguments->faults, "Only this fault; can be repeated")
       ->type_name("NAME");

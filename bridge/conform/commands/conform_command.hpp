@@ -1,6 +1,8 @@
 // bridge/conform/commands: `trestle conform`.
 //
 //   conform_command.hpp   run, list, explain, selftest
+//   replay_command.hpp    replay: verdicts from a capture
+//   result_output.hpp     results on the terminal, and as files
 //   results_commands.hpp  diff, matrix: what was run before
 //
 // What is done stands in bridge/conform; here are the command line and what is printed.

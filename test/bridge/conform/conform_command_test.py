@@ -100,6 +100,42 @@ class Conform(unittest.TestCase):
         self.assertIn("| sd.offer | 1/1 | 0/1 |", conform("matrix", good, self.folder / "out", "--format", "markdown"))
         self.assertIn("missing/results.json", conform("diff", good, self.folder / "missing" / "results.json", status=2))
 
+    def test_judges_captures(self):
+        """What the READMEs of the captures say is wrong with them is found, and nothing in the others."""
+        shared = pathlib.Path(SOURCE).resolve().parent / "shared" / "pcaps" / "public"
+        shared = pathlib.Path(os.environ.get("TRESTLE_SHARED_PCAPS", shared))
+        wrong = {
+            "errors_raw_client_vs_vsomeip_service.pcap": {
+                "header.length", "header.protocol-version", "header.message-type", "header.return-code", "rpc.session",
+                "rpc.response-asked", "tp.order"},
+            "sd_malformed_raw_peer_vs_vsomeip_service.pcap": {
+                "sd.unicast-flag", "sd.arrays", "sd.entry-type", "sd.run", "sd.option-layout", "sd.option-protocol",
+                "sd.option-counts", "sd.subscribe-endpoint"},
+            "seat.pcap": {"sd.tc8-flags"},
+            "someip1.pcap": {"sd.port", "sd.session", "sd.unicast-flag", "sd.option-counts"},
+            "SomeIpSd.pcapng": {"sd.tc8-flags"},
+            "udp-someip.pcap": {"sd.port", "sd.session", "sd.subscribe-answered"},
+            "normal_dataset.pcap": {"rpc.response-once"},
+            "error_on_event_dataset.pcap": {"ids.event", "rpc.response-asked"},
+            "someip-udp-method-call.pcapng": {"sd.port", "sd.option-repeated"},
+        }
+        captures = [*pathlib.Path(SOURCE, "pcaps").rglob("*.pcap"), *shared.rglob("*.pcap*")]
+        self.assertGreater(len(captures), 25)
+        for capture in captures:
+            done = subprocess.run([TRESTLE, "conform", "replay", capture, "--out", self.folder], capture_output=True, text=True, timeout=60)
+            cases = json.loads((self.folder / "results.json").read_text())["cases"]
+            found = {one["id"].removeprefix("pcap."): one for one in cases if one["differences"]}
+            self.assertEqual(set(found), wrong.get(capture.name, set()), f"{capture}\n{done.stdout}")
+            self.assertEqual(done.returncode, 1 if any(one["verdict"] == "fail" for one in found.values()) else 0, capture)
+            if capture.name == "reboot_service_kill9.pcap":
+                self.assertIn("restarts were seen", done.stdout)
+        self.assertIn('id="data"', (self.folder / "report.html").read_text())
+        text = conform("replay", pathlib.Path(SOURCE) / "pcaps" / "vsomeip" / "errors_raw_client_vs_vsomeip_service.pcap",
+                       "--host", "10.0.0.1", "--only", "pcap.header.message-type")
+        self.assertIn("1 pass", text)
+        self.assertIn("nobody", conform("replay", PROFILE, "--host", "nobody", status=2))
+        conform("replay", PROFILE, status=2)
+
     def test_lists_and_explains(self):
         lines = conform("list", "sd.offer").splitlines()
         self.assertTrue(lines and all(line.startswith("sd.offer.") for line in lines), lines)

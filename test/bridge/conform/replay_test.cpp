@@ -1,0 +1,320 @@
+#include "bridge/conform/replay/replay.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridge/conform/stimulus.hpp"
+
+namespace trestle::conform::replay_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using namespace std::chrono_literals;
+
+const Endpoint server_sd{IpAddress::v4(192, 0, 2, 1), 30490};
+const Endpoint client_sd{IpAddress::v4(192, 0, 2, 2), 30490};
+const Endpoint group{IpAddress::v4(224, 244, 224, 245), 30490};
+const Endpoint server{server_sd.address, 30501};
+const Endpoint client{client_sd.address, 40001};
+
+/// A capture, frame by frame.
+class Capture {
+ public:
+  Capture() {
+    replay_.begin("", [](Transport, const Endpoint&) {});
+  }
+
+  Capture& add(const Bytes& bytes, const Endpoint& from, const Endpoint& to) {
+    ++frame_;
+    replay_.datagram({.frame = frame_,
+                      .time = pcaps::Timestamp{frame_ * 1s},
+                      .flow = {from, to},
+                      .transport = Transport::udp},
+                     bytes);
+    return *this;
+  }
+  /// The ids of the rules that are broken.
+  std::vector<std::string> broken() {
+    replay_.end();
+    std::vector<std::string> ids;
+    for (const CaseResult& one : replay_.results("")) {
+      if (!one.outcome.differences.empty()) {
+        ids.push_back(one.what->id.substr(5));
+      }
+    }
+    return ids;
+  }
+
+ private:
+  Replay replay_;
+  std::uint64_t frame_ = 0;
+};
+
+Call request() {
+  return {.service = someip::ServiceId{0x1234},
+          .method = someip::MethodId{1},
+          .payload = bytes({1}),
+          .session = someip::SessionId{1}};
+}
+Call response() {
+  Call call = request();
+  call.type = someip::MessageType::response;
+  return call;
+}
+std::vector<std::string> broken_by(const Call& call) {
+  return Capture{}.add(call.encode(), client, server).broken();
+}
+
+Bytes sd(const SdStimulus& stimulus, std::uint16_t session = 1, bool reboot = true) {
+  return stimulus.encode(someip::SessionId{session}, reboot);
+}
+sd::Entry entry(trestle::sd::EntryType type, std::uint8_t options, std::uint32_t tail = 0) {
+  return {.type = type,
+          .first_run = {.index = 0, .count = options},
+          .service = someip::ServiceId{0x1234},
+          .instance = someip::InstanceId{1},
+          .major = 1,
+          .ttl_s = 5,
+          .tail = tail};
+}
+SdStimulus offer() {
+  return {.entries = {entry(trestle::sd::EntryType::offer_service, 1)},
+          .options = {endpoint_option(server, Transport::udp)},
+          .flags = trestle::sd::unicast_flag};
+}
+SdStimulus subscribe() {
+  return {.entries = {entry(trestle::sd::EntryType::subscribe_eventgroup, 1, 2)},
+          .options = {endpoint_option(client, Transport::udp)},
+          .flags = trestle::sd::unicast_flag};
+}
+SdStimulus ack() {
+  return {.entries = {entry(trestle::sd::EntryType::subscribe_eventgroup_ack, 0, 2)},
+          .flags = trestle::sd::unicast_flag};
+}
+std::vector<std::string> broken_by(const SdStimulus& stimulus) {
+  return Capture{}.add(sd(stimulus), server_sd, group).broken();
+}
+
+Bytes segment(std::uint32_t word, std::size_t size, std::uint8_t version = 1, std::uint16_t session = 1) {
+  Call call = request();
+  call.type = someip::MessageType::tp_request;
+  call.interface_version = version;
+  call.payload.clear();
+  append_u32(call.payload, word);
+  call.payload.resize(4 + size);
+  call.session = someip::SessionId{session};
+  Bytes all = call.encode();
+  someip::store<std::uint16_t>(all.data() + 10, session);  // also 0
+  return all;
+}
+
+TEST(Replay, FindsNothingInGoodTraffic) {
+  Capture capture;
+  capture.add(sd(offer()), server_sd, group)
+      .add(sd(subscribe()), client_sd, server_sd)
+      .add(sd(ack()), server_sd, client_sd)
+      .add(request().encode(), client, server)
+      .add(response().encode(), server, client)
+      .add(segment(1, 1392), client, server)
+      .add(segment(1392, 7), client, server)
+      .add(sd(offer(), 2), server_sd, group)
+      .add(sd(subscribe(), 2), client_sd, server_sd);
+  EXPECT_THAT(capture.broken(), IsEmpty());
+}
+
+TEST(Replay, TellsWhatNothingWasAbout) {
+  const Replay none;
+  for (const CaseResult& one : none.results("")) {
+    EXPECT_EQ(one.outcome.verdict, Verdict::unsupported);
+  }
+}
+
+TEST(Replay, FindsWrongHeaders) {
+  Call call = request();
+  call.service = someip::ServiceId{0};
+  EXPECT_THAT(broken_by(call), ElementsAre("ids.service"));
+  call = request();
+  call.method = someip::MethodId{0x8001};
+  EXPECT_THAT(broken_by(call), ElementsAre("ids.method"));
+  call = request();
+  call.code = someip::ReturnCode::not_ok;
+  EXPECT_THAT(broken_by(call), ElementsAre("header.return-code"));
+  call = request();
+  call.type = someip::MessageType{0x40};
+  EXPECT_THAT(broken_by(call), ElementsAre("header.message-type"));
+  call = request();
+  call.payload.resize(1405);
+  EXPECT_THAT(broken_by(call), ElementsAre("udp.size"));
+  call = request();
+  call.length = 200;
+  EXPECT_THAT(broken_by(call), ElementsAre("header.length"));
+  EXPECT_THAT(Capture{}.add(request().encode(), client, server_sd).broken(), ElementsAre("sd.port"));
+}
+
+TEST(Replay, FindsWrongResponses) {
+  const auto answered = [](const Call& answer) {
+    return Capture{}.add(request().encode(), client, server).add(answer.encode(), server, client).broken();
+  };
+  Call call = response();
+  call.interface_version = 2;
+  EXPECT_THAT(answered(call), ElementsAre("rpc.response-version"));
+  call = response();
+  call.session = someip::SessionId{2};
+  EXPECT_THAT(answered(call), ElementsAre("rpc.response-asked"));
+  EXPECT_THAT(Capture{}
+                  .add(request().encode(), client, server)
+                  .add(response().encode(), server, client)
+                  .add(response().encode(), server, client)
+                  .broken(),
+              ElementsAre("rpc.response-once"));
+  // A request in segments may have a response in one piece, and an event may not be answered.
+  EXPECT_THAT(Capture{}.add(segment(0, 8), client, server).add(response().encode(), server, client).broken(),
+              IsEmpty());
+  Call event = request();
+  event.method = someip::MethodId{0x8001};
+  event.type = someip::MessageType::notification;
+  EXPECT_THAT(Capture{}.add(event.encode(), server, client).add(response().encode(), client, server).broken(),
+              ElementsAre("rpc.response-asked"));
+  // The capture may begin with a response.
+  EXPECT_THAT(Capture{}.add(response().encode(), server, client).broken(), IsEmpty());
+}
+
+TEST(Replay, FindsWrongSdMessages) {
+  SdStimulus wrong = offer();
+  wrong.flags |= 0x10U;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.reserved"));
+  wrong = offer();
+  wrong.reserved = 1;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.reserved"));
+  wrong = offer();
+  wrong.flags |= 0x20U;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.tc8-flags"));
+  wrong = offer();
+  wrong.flags = 0;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.unicast-flag"));
+  wrong = offer();
+  wrong.entries_length = 8;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.arrays"));
+  wrong = offer();
+  wrong.entries[0].type = trestle::sd::EntryType{0x3f};
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.entry-type"));
+  wrong = offer();
+  wrong.entries[0].second_run.index = 1;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.empty-run"));
+  wrong = offer();
+  wrong.entries[0].first_run.count = 2;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.run"));
+  wrong = offer();
+  wrong.entries[0].first_run.count = 0;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.offer-endpoint"));
+  wrong = offer();
+  wrong.options.push_back(wrong.options.front());
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-repeated"));
+  wrong = offer();
+  wrong.options[0][3] = std::byte{1};
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-reserved"));
+  wrong = offer();
+  wrong.options[0][9] = std::byte{0x99};
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-protocol", "sd.offer-endpoint"));
+  wrong = offer();
+  wrong.options[0][2] = std::byte{0x77};
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-layout", "sd.offer-endpoint"));
+  wrong = offer();
+  wrong.entries[0].type = trestle::sd::EntryType::find_service;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-counts"));
+  Bytes header = sd(offer());
+  header[13] = std::byte{2};
+  EXPECT_THAT(Capture{}.add(header, server_sd, group).broken(), ElementsAre("sd.header"));
+  EXPECT_THAT(Capture{}.add(sd(offer(), 0), server_sd, group).broken(), ElementsAre("sd.session"));
+}
+
+TEST(Replay, FollowsSessionsAndTheRebootFlagOfEachReceiver) {
+  const auto sessions = [](std::initializer_list<std::pair<int, bool>> all) {
+    Capture capture;
+    for (const auto& [session, reboot] : all) {
+      capture.add(sd(offer(), static_cast<std::uint16_t>(session), reboot), server_sd, group);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(sessions({{1, true}, {2, true}, {5, true}}), IsEmpty());
+  EXPECT_THAT(sessions({{5, true}, {1, true}, {2, true}}), IsEmpty());  // a restart
+  EXPECT_THAT(sessions({{0xfffe, true}, {0xffff, true}, {1, false}, {2, false}}), IsEmpty());
+  EXPECT_THAT(sessions({{7, false}, {1, true}}), IsEmpty());
+  EXPECT_THAT(sessions({{7, false}, {6, false}}), ElementsAre("sd.session-order"));
+  EXPECT_THAT(sessions({{7, true}, {8, false}}), ElementsAre("sd.reboot-flag"));
+  EXPECT_THAT(sessions({{7, true}, {7, true}}), IsEmpty());  // recorded twice
+  // Another receiver has numbers of its own.
+  EXPECT_THAT(Capture{}
+                  .add(sd(offer(), 7, false), server_sd, group)
+                  .add(sd(offer(), 3, false), server_sd, client_sd)
+                  .broken(),
+              IsEmpty());
+}
+
+TEST(Replay, FollowsSubscriptions) {
+  EXPECT_THAT(Capture{}.add(sd(subscribe()), client_sd, group).broken(), ElementsAre("sd.unicast-only"));
+  SdStimulus wrong = subscribe();
+  wrong.entries[0].tail |= 0x0100'0000U;
+  EXPECT_THAT(Capture{}.add(sd(wrong), client_sd, server_sd).broken(), ElementsAre("sd.entry-reserved"));
+  wrong = subscribe();
+  wrong.entries[0].first_run.count = 0;
+  EXPECT_THAT(Capture{}.add(sd(wrong), client_sd, server_sd).broken(), ElementsAre("sd.subscribe-endpoint"));
+  const auto answered = [](const SdStimulus& answer) {
+    return Capture{}
+        .add(sd(subscribe()), client_sd, server_sd)
+        .add(sd(answer), server_sd, client_sd)
+        .add(sd(offer()), server_sd, group)
+        .add(sd(offer(), 2), server_sd, group)
+        .broken();
+  };
+  EXPECT_THAT(answered(ack()), IsEmpty());
+  EXPECT_THAT(answered(offer()), ElementsAre("sd.subscribe-answered"));
+  wrong = ack();
+  wrong.entries[0].ttl_s = 6;
+  EXPECT_THAT(answered(wrong), ElementsAre("sd.ack-ttl"));
+  wrong.entries[0].ttl_s = 0;  // a Nack
+  EXPECT_THAT(answered(wrong), IsEmpty());
+  wrong = ack();
+  wrong.entries[0].tail = 3;
+  EXPECT_THAT(answered(wrong), ElementsAre("sd.subscribe-answered", "sd.ack-asked"));
+  // The capture may begin with the answer.
+  EXPECT_THAT(Capture{}.add(sd(ack()), server_sd, client_sd).broken(), IsEmpty());
+}
+
+TEST(Replay, FollowsSegments) {
+  const auto segments = [](std::initializer_list<Bytes> all) {
+    Capture capture;
+    capture.add(request().encode(), client, server);
+    for (const Bytes& one : all) {
+      capture.add(one, client, server);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(segments({segment(1, 160), segment(161, 160), segment(320, 8)}), IsEmpty());
+  EXPECT_THAT(segments({segment(0, 16, 1, 0)}), ElementsAre("tp.session"));
+  EXPECT_THAT(segments({segment(1, 24)}), ElementsAre("tp.length"));
+  EXPECT_THAT(segments({segment(1, 1408)}), ElementsAre("udp.size", "tp.length"));
+  EXPECT_THAT(segments({segment(3, 160)}), ElementsAre("tp.reserved"));
+  EXPECT_THAT(segments({segment(161, 160)}), ElementsAre("tp.order"));
+  EXPECT_THAT(segments({segment(1, 160), segment(321, 160)}), ElementsAre("tp.order"));
+  EXPECT_THAT(segments({segment(1, 160), segment(145, 160)}), ElementsAre("tp.overlap"));
+  EXPECT_THAT(segments({segment(1, 160), segment(161, 176)}), ElementsAre("tp.equal"));
+  EXPECT_THAT(segments({segment(1, 160), segment(161, 160, 2)}), ElementsAre("tp.header"));
+}
+
+TEST(Replay, JudgesOneHostAlone) {
+  Replay replay{server_sd.address};
+  replay.begin("", [](Transport, const Endpoint&) {});
+  Call call = request();
+  call.protocol = 2;
+  const auto verdict = [&](const Endpoint& from, const Endpoint& to) {
+    replay.datagram({.frame = 1, .flow = {from, to}, .transport = Transport::udp}, call.encode());
+    return replay.results("")[static_cast<std::size_t>(Rule::header_protocol)].outcome.verdict;
+  };
+  EXPECT_EQ(verdict(client, server), Verdict::unsupported);
+  EXPECT_EQ(verdict(server, client), Verdict::fail);
+}
+
+}  // namespace
+}  // namespace trestle::conform::replay_test
