@@ -33,8 +33,13 @@ Lexer::Lexer(std::string_view text) : text_{text} {
   if (text_.starts_with("\xef\xbb\xbf")) {
     text_.remove_prefix(3);
   }
+  const bool is_utf16 = text_.starts_with("\xff\xfe") || text_.starts_with("\xfe\xff");
+  text_ = is_utf16 ? std::string_view{} : text_;
   for (Token& token : next_) {
     token = cut();
+  }
+  if (is_utf16) {
+    next_.front() = bad("the file is UTF-16, and UTF-8 was expected: save it as that");
   }
 }
 

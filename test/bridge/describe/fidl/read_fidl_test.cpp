@@ -460,5 +460,15 @@ TEST(ReadFidl, EndsSoonWithWhatIsMadeToTakeLong) {
   EXPECT_LE(errors.problems.size(), 100u);
 }
 
+TEST(ReadFidl, SaysOnceThatAFileIsUtf16) {
+  for (const char* mark : {"\xff\xfe", "\xfe\xff"}) {
+    const Reading reading =
+        read({{"I.fidl", std::string{mark} + std::string{"p\0a\0\n\0c\0", 8}}}, {"I.fidl"});
+    EXPECT_THAT(told(reading),
+                ElementsAre("I.fidl:1:1: error: the file is UTF-16, and UTF-8 was expected: save it "
+                            "as that"));
+  }
+}
+
 }  // namespace
 }  // namespace trestle::describe
