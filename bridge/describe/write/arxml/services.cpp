@@ -285,10 +285,10 @@ void Writer::write_service(const Service& service) {
   const std::string full = full_name(service.scope, service.name);
   std::map<std::string, std::string>& names = member_names_[full];
   Names taken;
-  const auto name_of = [&](const std::string& name) {
+  const auto name_of = [&](const std::string& name, const std::string& selector, const Place& place) {
     std::string unique = taken.take(short_name(name));
     if (unique != name) {
-      lost(service.name + "." + name, "its name: it is " + unique, service.place);
+      lost(service.name + "." + member_key(name, selector), "its name: it is " + unique, place);
     }
     return unique;
   };
@@ -314,7 +314,8 @@ void Writer::write_service(const Service& service) {
   Xml triggers;
   Xml events;
   for (const Event& event : service.events) {
-    const std::string name = names["event " + member_key(event.name, event.selector)] = name_of(event.name);
+    const std::string name = names["event " + member_key(event.name, event.selector)] =
+        name_of(event.name, event.selector, event.place);
     Xml one;
     const bool is_trigger = write_event(one, service, event, path, name).empty();
     (is_trigger ? triggers : events).raw(one.text());
@@ -342,7 +343,7 @@ void Writer::write_service(const Service& service) {
   list("EVENTS", events.text());
   Xml fields;
   for (const Field& field : service.fields) {
-    const std::string name = names["field " + field.name] = name_of(field.name);
+    const std::string name = names["field " + field.name] = name_of(field.name, {}, field.place);
     const std::string element = service.name + "." + field.name;
     if (field.payload.values.size() != 1) {
       lost(element, "the field: its type is not known", field.place);
@@ -377,7 +378,7 @@ void Writer::write_service(const Service& service) {
   Xml methods;
   for (const Method& method : service.methods) {
     const std::string name = names["method " + member_key(method.name, method.selector)] =
-        name_of(method.name);
+        name_of(method.name, method.selector, method.place);
     write_method(methods, service, method, path, name);
   }
   list("METHODS", methods.text());

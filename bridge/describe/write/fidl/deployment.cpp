@@ -570,7 +570,9 @@ Block Deployment::interface(const Container& container) {
     std::vector<someip::EventgroupId> groups;
     for (const Eventgroup& group : service.eventgroups) {
       groups.push_back(group.id);
-      if (!group.name.empty()) {
+      // allocate_ids() calls a group "all" that stands nowhere.
+      const bool is_made = group.name == "all" && group.place.mark.line == 0;
+      if (!group.name.empty() && !is_made) {
         lose(service_, fmt::format("the name '{}' of an eventgroup", group.name), group.place);
       }
     }

@@ -387,6 +387,14 @@ TEST(WriteFidl, TellsOfWhichServiceAndWhereWhatIsLostStands) {
   EXPECT_EQ(to_string(model, aligned->place), "Second.arxml:7:3");
 }
 
+TEST(WriteFidl, DoesNotMissTheNameOfAGroupThatWasMade) {
+  Model model;
+  model.services.push_back({.name = "Door", .scope = "car", .id = someip::ServiceId{5}});
+  model.services[0].eventgroups = {{.name = "all", .id = someip::EventgroupId{1}},
+                                   {.name = "some", .id = someip::EventgroupId{2}}};
+  EXPECT_THAT(lost(write_fidl(model)), ::testing::ElementsAre("car.Door: the name 'some' of an eventgroup"));
+}
+
 TEST(WriteFidl, WritesAnOverloadOfWhatTheBaseHas) {
   const std::vector<SourceText> sources{
       {"I.fidl",
