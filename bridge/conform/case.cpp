@@ -98,6 +98,10 @@ constexpr NeedRule need_rules[]{
      }},
     {Need::e2e, "no method with end-to-end protection",
      [](const Profile& p) { return p.service().udp_port && !p.service().e2e.empty(); }},
+    {Need::client, "the profile names no service that the device uses by itself",
+     [](const Profile& p) { return !std::ranges::all_of(p.uses, &UsedService::by_ets); }},
+    {Need::ets_client, "the profile names no service that the device uses when it is told to (by_ets: true)",
+     [](const Profile& p) { return p.ets && std::ranges::any_of(p.uses, &UsedService::by_ets); }},
     {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
     {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
 };

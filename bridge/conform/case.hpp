@@ -64,7 +64,8 @@ enum class Need : std::uint32_t {
   configuration = 1U << 19U,        ///< a service whose offers have configuration items
   two_versions = 1U << 20U,         ///< two major versions of one instance
   e2e = 1U << 21U,                  ///< methods with end-to-end protection
-  client = 1U << 22U,               ///< the device uses a service
+  client = 1U << 22U,               ///< the device uses a service by itself
+  ets_client = 1U << 23U,           ///< it uses one when the Enhanced Testability Service says so
 };
 [[nodiscard]] constexpr Need operator|(Need a, Need b) noexcept {
   return static_cast<Need>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));

@@ -181,6 +181,36 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
   return service;
 }
 
+std::optional<WantedEventgroup> read_wanted(Section& service, const char* key, Problems& problems) {
+  if (service.is_missing(key)) {
+    return std::nullopt;
+  }
+  Section section{service.child(key), key, problems};
+  WantedEventgroup wanted;
+  section.require("eventgroup", id<someip::EventgroupId>(), wanted.id);
+  section.require("event", id<someip::MethodId>(), wanted.event);
+  section.finish();
+  return wanted;
+}
+
+UsedService read_used(const YAML::Node& node, Problems& problems) {
+  Section section{node, "used service", problems};
+  UsedService used;
+  section.require("id", id<someip::ServiceId>(), used.service);
+  section.read("instance", id<someip::InstanceId>(), used.instance);
+  section.read("major", as<std::uint8_t>(whole_number(0, 254)), used.major);
+  section.read("by_ets", truth(), used.by_ets);
+  used.udp = read_wanted(section, "udp", problems);
+  used.tcp = read_wanted(section, "tcp", problems);
+  used.multicast = read_wanted(section, "multicast", problems);
+  if (!used.udp) {
+    problems.error(section.mark(),
+                   "used service: expected the eventgroup over UDP that is subscribed to, udp");
+  }
+  section.finish();
+  return used;
+}
+
 void read_timing(Section& top, TimingProfile& timing, Problems& problems) {
   if (top.is_missing("timing")) {
     return;
@@ -262,6 +292,11 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     read_network(top, profile, problems);
     for (const YAML::Node& service : top.required_list("services", "a list of services")) {
       profile.services.push_back(read_service(service, problems));
+    }
+    if (!top.is_missing("uses")) {
+      for (const YAML::Node& used : top.list("uses", "a list of services that the device uses")) {
+        profile.uses.push_back(read_used(used, problems));
+      }
     }
     top.read("ets", truth(), profile.ets);
     top.read("tp", truth(), profile.tp);

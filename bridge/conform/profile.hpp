@@ -58,6 +58,24 @@ struct ServiceProfile {
   std::vector<E2eProtection> e2e{};  ///< methods that answer with the payload that they get
 };
 
+/// An eventgroup that the device subscribes to, and an event of it.
+struct WantedEventgroup {
+  someip::EventgroupId id{};
+  someip::MethodId event{};
+};
+
+/// A service that the device uses, which the tester offers.
+struct UsedService {
+  someip::ServiceId service{};
+  someip::InstanceId instance{1};
+  std::uint8_t major = 1;
+  /// The Enhanced Testability Service says when; else the device uses it by itself, from its start.
+  bool by_ets = false;
+  std::optional<WantedEventgroup> udp{};
+  std::optional<WantedEventgroup> tcp{};
+  std::optional<WantedEventgroup> multicast{};
+};
+
 /// When the device sends by itself, as it is configured; nothing: not known.
 struct TimingProfile {
   std::optional<Duration> initial_delay_max{};
@@ -112,6 +130,7 @@ struct Profile {
   std::uint16_t sd_port = 30490;
   /// The first one is what most cases talk to.
   std::vector<ServiceProfile> services{};
+  std::vector<UsedService> uses{};
   bool ets = false;  ///< the first service has the interface of the Enhanced Testability Service
   bool tp = false;   ///< its array echo (0x09) takes requests in segments
   TimingProfile timing{};

@@ -144,6 +144,9 @@ PortId Tester::open_udp(std::optional<Endpoint> group) {
   if (::bind(fd, generic(address), sizeof address) != 0) {
     fail("the tester cannot open a UDP port");
   }
+  // What a case sends to a group goes there from our address.
+  const sockaddr_in own = to_system({own_, 0});
+  (void)::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &own.sin_addr, sizeof own.sin_addr);
   if (group) {
     ip_mreq membership{};
     std::memcpy(&membership.imr_multiaddr, group->address.bytes.data(), 4);

@@ -296,6 +296,18 @@ void Trial::unsubscribe(SdStimulus stimulus) {
   send_sd(stimulus, false, "StopSubscribeEventgroup");
 }
 
+void Trial::offer_ours(const SdStimulus& offer) {
+  offers_.push_back(offer);
+  send_sd(offer, true, "OfferService");
+}
+
+void Trial::withdraw(SdStimulus offer) {
+  for (sd::Entry& entry : offer.entries) {
+    entry.ttl_s = 0;
+  }
+  send_sd(offer, true, "StopOfferService");
+}
+
 // --- Calls and events -------------------------------------------------------------------------------------
 
 PortId Trial::udp() {
@@ -542,6 +554,11 @@ void Trial::clean_up() {
     }
   }
   subscriptions_.clear();
+  // One is enough, as all are of the same service.
+  if (!offers_.empty()) {
+    withdraw(offers_.front());
+  }
+  offers_.clear();
   close_ports();
 }
 

@@ -161,6 +161,10 @@ class Trial {
   std::optional<SeenEntry> not_acknowledged(const SdStimulus& stimulus);
   /// Ends a subscription that was made before.
   void unsubscribe(SdStimulus stimulus);
+  /// Offers a service of ours, by multicast, until this trial ends.
+  void offer_ours(const SdStimulus& offer);
+  /// Withdraws it.
+  void withdraw(SdStimulus offer);
 
   // --- Calls and events -----------------------------------------------------------------------------------
 
@@ -246,6 +250,7 @@ class Trial {
   std::optional<PortId> tcp_;
   std::uint16_t session_ = 0;
   std::vector<SdStimulus> subscriptions_;
+  std::vector<SdStimulus> offers_;
   std::vector<Endpoint> sd_endpoints_;
   std::vector<Difference> differences_;
   std::string nonstrict_;

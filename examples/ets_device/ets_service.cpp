@@ -50,8 +50,8 @@ using E2eShaped = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::u
 
 }  // namespace
 
-Service::Service(boost::asio::io_context& io, sd::Node& node, const Places& places)
-    : io_{io}, node_{node}, places_{places}, resume_{io} {
+Service::Service(boost::asio::io_context& io, sd::Node& node, const Places& places, Client& client)
+    : io_{io}, node_{node}, places_{places}, client_{client}, resume_{io} {
   offer();
 }
 
@@ -66,6 +66,7 @@ sd::ServiceSpec Service::description() {
   add_echoes(spec);
   add_fields(spec);
   add_protected(spec);
+  std::ranges::move(client_.methods(), std::back_inserter(spec.methods));
   spec.eventgroups = {
       {.id = EventgroupId{2}, .events = {event_uint8, event_array, event_reliable, event_e2e, field_uint8}},
       {.id = EventgroupId{5}, .events = {field_uint8, field_array}},

@@ -8,10 +8,9 @@
 
 #include <trestle/sd/net/handles.hpp>
 
-namespace ets {
+#include "ets_client.hpp"
 
-using namespace trestle::someip;
-namespace sd = trestle::sd;
+namespace ets {
 
 /// Where the device is on its network.
 struct Places {
@@ -28,7 +27,8 @@ constexpr ServiceId old_and_new{0x0103};     // in two major versions
 /// triggered, so that a tester can look at a SOME/IP stack from outside.
 class Service {
  public:
-  Service(boost::asio::io_context& io, sd::Node& node, const Places& places);
+  /// @param client  what it drives.
+  Service(boost::asio::io_context& io, sd::Node& node, const Places& places, Client& client);
 
  private:
   struct Trigger;
@@ -46,6 +46,7 @@ class Service {
   boost::asio::io_context& io_;
   sd::Node& node_;
   Places places_;
+  Client& client_;
   std::optional<sd::Offer> offer_;
   boost::asio::steady_timer resume_;
 };

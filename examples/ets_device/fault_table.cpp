@@ -75,6 +75,15 @@ bool is_ack(std::span<const std::uint8_t> entry) {
 bool is_nack(std::span<const std::uint8_t> entry) {
   return entry[0] == 7 && u24(entry, 9) == 0;
 }
+bool is_find(std::span<const std::uint8_t> entry) {
+  return entry[0] == 0;
+}
+bool is_subscribe(std::span<const std::uint8_t> entry) {
+  return entry[0] == 6 && u24(entry, 9) != 0;
+}
+bool is_stop_subscribe(std::span<const std::uint8_t> entry) {
+  return entry[0] == 6 && u24(entry, 9) == 0;
+}
 bool any_entry(Span bytes, EntryIs wanted) {
   if (is_sd(bytes)) {
     for (std::size_t at = entries_at; at + 16 <= std::min(entries_at + u32(bytes, 20), bytes.size());
@@ -226,8 +235,31 @@ bool is_protected(std::span<const std::uint8_t> message) {
          message.size() > 16;
 }
 
+/// Puts one more entry into an SD message: a Find or a Subscribe that nobody needs.
+void add_entry(Bytes& bytes, std::uint8_t type, unsigned service_used) {
+  Bytes more(16);
+  more[0] = type;
+  set16(more, 4, service_used);
+  set16(more, 6, 1);
+  more[8] = 1;
+  set24(more, 9, 3);
+  set32(more, 12, type == 0 ? 0xffffffff : 1);
+  bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(options_at(bytes)) - 4, more.begin(), more.end());
+  set32(bytes, 20, u32(bytes, 20) + 16);
+  set32(bytes, 4, u32(bytes, 4) + 16);
+}
+Out each_offer_has(std::uint8_t type, unsigned service_used) {
+  return [=](Outgoing& out) {
+    if (any_entry(out.bytes, is_offer)) {
+      add_entry(out.bytes, type, service_used);
+    }
+  };
+}
+
 /// Address and port of the last Subscribe, for faults that need them.
 std::array<unsigned, 2> last_subscriber{};
+/// Whether an offer came that is none of ours.
+bool offered_by_others = false;
 
 }  // namespace
 
@@ -789,6 +821,85 @@ const std::vector<Fault>& faults() {
            in.answers.push_back(back);
          }
        }},
+
+      // The device as a client: of 0x0111 by itself, of 0x0110 when it is told to.
+      {"client-find-lost", "client.find,client.ets.finds", "services are not looked for", lose(is_find)},
+      {"client-find-instance", "client.find.instance", "another instance is looked for",
+       entry(is_find, [](Span e) { set16(e, 6, 0x0909); })},
+      {"client-find-major", "client.find.major", "another major version is looked for",
+       entry(is_find, [](Span e) { e[8] = 9; })},
+      {"client-find-minor", "client.find.minor", "one minor version is looked for",
+       entry(is_find, [](Span e) { set32(e, 12, 0); })},
+      {"client-find-ttl", "client.find.ttl", "Finds have TTL 0", entry(is_find, [](Span e) { set24(e, 9, 0); })},
+      {"client-find-options", "client.find.options", "Finds refer to an option",
+       entry(is_find, [](Span e) { e[3] = 0x10; })},
+      {"client-finds-for-ever", "client.find.ends-with-offer,client.find.not-in-main-phase,client.subscribe.after-stop-offer",
+       "the service that is used is looked for with each offer", each_offer_has(0, 0x0111)},
+      {"client-finds-for-ever-as-told", "client.ets.finds-end,client.ets.stop-offer",
+       "the service that is used when told to is looked for with each offer", each_offer_has(0, 0x0110)},
+      {"client-subscribe-lost", "client.subscribe,client.ignores,client.ets.subscribes", "nothing is subscribed to",
+       lose(is_subscribe)},
+      {"client-subscribe-multicast", "client.subscribe.unicast", "Subscribes go to the group", [](Outgoing& out) {
+         static std::uint32_t group = 0;
+         if (out.multicast && is_sd(out.bytes)) {
+           group = out.to_address;
+         }
+         if (any_entry(out.bytes, is_subscribe) && group != 0) {
+           out.to_address = group;
+         }
+       }},
+      {"client-subscribe-instance", "client.subscribe.instance", "Subscribes name another instance",
+       entry(is_subscribe, [](Span e) { set16(e, 6, 0x0909); })},
+      {"client-subscribe-major", "client.subscribe.major", "Subscribes name another major version",
+       entry(is_subscribe, [](Span e) { e[8] = 9; })},
+      {"client-subscribe-eventgroup", "client.subscribe.eventgroup", "Subscribes name another eventgroup",
+       entry(is_subscribe, [](Span e) { set16(e, 14, 0x0909); })},
+      {"client-subscribe-reserved", "client.subscribe.reserved", "Subscribes have reserved bits set",
+       entry(is_subscribe, [](Span e) { e[12] = 1; })},
+      {"client-subscribe-address", "client.subscribe.endpoint", "Subscribes name another address", [](Outgoing& out) {
+         if (any_entry(out.bytes, is_subscribe)) {
+           option(4, [](Span o) { add8(o, 7, 7); })(out);
+         }
+       }},
+      {"client-never-asks", "client.subscribe.initial-data,client.subscribe.after-ttl,client.subscribe.after-reboot",
+       "initial values are never asked for",
+       entry(is_subscribe, [](Span e) { e[13] = static_cast<std::uint8_t>(e[13] & 0x7fU); })},
+      {"client-always-asks", "client.subscribe.initial-data", "each Subscribe asks for initial values",
+       entry(is_subscribe, [](Span e) { e[13] = static_cast<std::uint8_t>(e[13] | 0x80U); })},
+      {"client-subscribes-once", "client.subscribe.each-offer,client.subscribe.after-nack,client.subscribe.after",
+       "subscriptions are not renewed", [](Outgoing& out) {
+         static bool had = false;
+         if (any_entry(out.bytes, is_subscribe)) {
+           out.copies = had ? 0 : 1;
+           had = true;
+         }
+       }},
+      {"client-subscribes-by-itself", "client.subscribe.only-with-offers", "there is a Subscribe with each offer",
+       each_offer_has(6, 0x0111)},
+      {"client-subscribes-untold", "client.ets.not-by-itself", "there is a Subscribe with each offer, without being told",
+       each_offer_has(6, 0x0110)},
+      {"client-takes-any-offer", "client.ignores", "each offer brings a Subscribe, whatever it is",
+       [](Outgoing& out) {
+         if (offered_by_others && any_entry(out.bytes, is_offer)) {
+           offered_by_others = false;
+           add_entry(out.bytes, 6, 0x0111);
+         }
+       },
+       [](Incoming& in) {
+         if (in.bytes.size() >= entries_at + 16 && u16(in.bytes, 0) == 0xffff && in.bytes[entries_at] == 1 &&
+             (u16(in.bytes, entries_at + 4) < 0x0101 || u16(in.bytes, entries_at + 4) > 0x0103)) {
+           offered_by_others = true;
+         }
+       }},
+      {"client-stop-lost", "client.stop,client.ets.stops", "subscriptions end without a word", lose(is_stop_subscribe)},
+      {"client-deaf-to-orders", "client.ets", "what the client is told it does not do", {}, [](Incoming& in) {
+         in.lost = is_message(in.bytes) && (u16(in.bytes, 2) == 0x2f || u16(in.bytes, 2) == 0x32);
+       }},
+      {"client-last-value", "client.ets.event", "the last value of an event is another one", good([](Bytes& b) {
+         if (u16(b, 2) >= 0x3b && u16(b, 2) <= 0x3d) {
+           b.back() ^= 1U;
+         }
+       })},
 
       // TCP.
       {"tcp-silent", "tcp", "nothing is answered over TCP", [](Outgoing& out) {

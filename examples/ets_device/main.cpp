@@ -71,7 +71,8 @@ int main(int argc, char** argv) try {
   config.unproven_answer_bytes = std::size_t{64} << 20U;
   trestle::sd::Node node{io, config};
   const ets::Places places{.address = config.address, .event_group = address("--event-group")};
-  const ets::Service service{io, node, places};
+  ets::Client client{node};
+  const ets::Service service{io, node, places, client};
   std::vector<trestle::sd::Offer> others;
   for (trestle::sd::ServiceSpec& spec : ets::companions(places)) {
     others.emplace_back(node, std::move(spec));

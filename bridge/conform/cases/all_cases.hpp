@@ -10,6 +10,8 @@
 //   events.cpp         events and initial values
 //   tcp.cpp            requests and events over TCP
 //   tp.cpp             large messages in segments
+//   client.cpp         the device as a client; client_ets.cpp: driven by the Enhanced Testability Service
+//   our_service.hpp    the service that the tester offers to it
 //   e2e.cpp            end-to-end protection
 //   load.cpp           bursts, floods, more peers than there is room for, connections that stay half open
 //   ets_echo.cpp       payloads, by the Enhanced Testability Service
@@ -36,6 +38,8 @@ void add_rpc_cases(Cases& cases);
 void add_event_cases(Cases& cases);
 void add_tcp_cases(Cases& cases);
 void add_tp_cases(Cases& cases);
+void add_client_cases(Cases& cases);
+void add_ets_client_cases(Cases& cases);
 void add_e2e_cases(Cases& cases);
 void add_load_cases(Cases& cases);
 void add_ets_echo_cases(Cases& cases);

@@ -1,0 +1,336 @@
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/cases/our_service.hpp"
+
+namespace trestle::conform {
+namespace {
+
+using namespace std::chrono_literals;
+using enum Level;
+
+/// How the Enhanced Testability Service is told what the device's client is to do.
+void order(Trial& t, std::uint16_t method) {
+  Call call = t.call(someip::MethodId{method});
+  call.type = someip::MessageType::request_no_return;
+  t.send(call);
+  t.pass();
+}
+
+/// Ends what a case began, however the case ends: an order to be sent while the trial goes on.
+class Activated {
+ public:
+  Activated(Trial& t, std::uint16_t method) : t_{t} { order(t, method); }
+  ~Activated() {
+    try {
+      order(t_, 0x30);
+    } catch (...) {  // NOLINT(bugprone-empty-catch): the case has ended already, and says why
+    }
+  }
+  Activated(const Activated&) = delete;
+  Activated& operator=(const Activated&) = delete;
+
+ private:
+  Trial& t_;
+};
+
+constexpr std::uint16_t activate = 0x2f;
+constexpr std::uint16_t subscribe = 0x32;
+
+std::size_t wanted_groups(const UsedService& used, bool with_tcp) {
+  return 1U + (used.multicast ? 1U : 0U) + (used.tcp && with_tcp ? 1U : 0U);
+}
+
+/// A service that the device has subscribed to, as it was told to.
+void subscribed_all(Trial& t, OurService& ours, bool with_tcp, std::optional<Endpoint> group = {}) {
+  const std::size_t since = t.now();
+  ours.offer();
+  ours.acknowledge_all(since, wanted_groups(ours.used(), with_tcp), group);
+  t.pass();
+}
+
+Endpoint receiver(Trial& t, OurService& ours) {
+  const SeenEntry seen = ours.subscribed(ours.used().udp->id);
+  for (const sd::EndpointOption& one : seen.endpoints()) {
+    if (one.transport == Transport::udp) {
+      return one.endpoint;
+    }
+  }
+  t.fail("the subscription has no UDP endpoint", seen.packet);
+}
+
+/// The last value is asked for again and again, until it is the right one.
+void expect_last_value(Trial& t, std::uint16_t getter, unsigned expected) {
+  std::string seen;
+  Packet* packet = nullptr;
+  for (int count = 0; count < 20; ++count) {
+    const SeenMessage answer = t.good_answer_to(t.call(someip::MethodId{getter}));
+    seen = hex(answer.message.payload);
+    packet = answer.packet;
+    if (seen == fmt::format("{:02x}", expected)) {
+      return;
+    }
+    t.tester.receive(t.profile.timing.answer_within / 20, [] { return false; });
+  }
+  t.equal("last value", fmt::format("{:02x}", expected), seen, packet);
+}
+
+/// The connection that the device has made; ends the case when there is none.
+PortId connection(Trial& t, OurService& ours, std::size_t count) {
+  if (!t.tester.receive(2 * t.profile.timing.answer_within,
+                        [&] { return t.tester.accepted(ours.listening()).size() >= count; })) {
+    t.fail("the device does not connect to the offered TCP port");
+  }
+  return t.tester.accepted(ours.listening()).back();
+}
+
+void need_tcp(Trial& t) {
+  if (!used_service(t, true).tcp) {
+    t.unsupported("the profile names no eventgroup over TCP that the device uses");
+  }
+}
+
+void no_find(Trial& t, const OurService& ours, std::size_t since, const char* why) {
+  for (const SeenEntry& seen : t.entries_since(since, ours.is_find())) {
+    t.different("FindService", std::string{"none, "} + why, "one", seen.packet);
+    return;
+  }
+}
+
+}  // namespace
+
+void add_ets_client_cases(Cases& cases) {
+  const Need client = Need::ets_client | Need::udp;
+  const Cases all{
+      {.id = "client.ets.not-by-itself",
+       .title = "does not subscribe without being told to",
+       .requirements = {"feat_req_someipsd_431"},
+       .tc8 = {"SOMEIP_ETS_098"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             const std::size_t since = t.now();
+             ours.offer();
+             t.pass();
+             if (const auto seen = ours.subscribe_since(since, 200ms)) {
+               t.different("SubscribeEventgroup", "none", "one", seen->packet);
+             }
+           }},
+      {.id = "client.ets.finds",
+       .title = "looks for the service when it is told to, and offers its own as before",
+       .requirements = {"feat_req_someipsd_238", "feat_req_someipsd_68"},
+       .tc8 = {"SOMEIP_ETS_099"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             const OurService ours{t, used_service(t, true)};
+             const std::size_t since = t.now();
+             const Activated activated{t, activate};
+             if (!t.await_entry(since, 2 * t.profile.timing.answer_within, ours.is_find())) {
+               t.fail("no FindService for the service");
+             }
+             t.offer();
+           }},
+      {.id = "client.ets.finds-end",
+       .title = "looks for the service only at first",
+       .requirements = {"feat_req_someipsd_866"},
+       .tc8 = {"SOMEIP_ETS_100"},
+       .needs = client | Need::repetitions,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             const OurService ours{t, used_service(t, true)};
+             const Activated activated{t, activate};
+             const Duration phase =
+                 *t.profile.timing.repetitions_base_delay * (1U << *t.profile.timing.repetitions_max);
+             t.tester.receive(t.profile.timing.initial_delay_max.value_or(1s) + 2 * phase + 200ms,
+                              [] { return false; });
+             const std::size_t since = t.now();
+             t.tester.receive(1s + phase, [] { return false; });
+             no_find(t, ours, since, "in the main phase");
+           }},
+      {.id = "client.ets.stop-offer",
+       .title = "looks no more for a service that was withdrawn",
+       .requirements = {"feat_req_someipsd_834"},
+       .tc8 = {"SOMEIP_ETS_101"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             const Activated activated{t, activate};
+             ours.offer();
+             t.pass();
+             ours.withdraw();
+             t.pass();
+             const std::size_t since = t.now();
+             t.tester.receive(1s, [] { return false; });
+             no_find(t, ours, since, "after StopOfferService");
+           }},
+      {.id = "client.ets.subscribes",
+       .title = "subscribes when it is told to and the service is offered",
+       .requirements = {"feat_req_someipsd_431", "feat_req_someipsd_321"},
+       .tc8 = {"SOMEIP_ETS_106"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             const Activated activated{t, subscribe};
+             ours.answer(ours.subscribed());
+           }},
+      {.id = "client.ets.stops",
+       .title = "ends its subscription when it is told to",
+       .requirements = {"feat_req_someipsd_332", "feat_req_someipsd_433", "feat_req_someipsd_822"},
+       .tc8 = {"SOMEIP_ETS_084"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             std::size_t since = 0;
+             {
+               const Activated activated{t, subscribe};
+               subscribed_all(t, ours, false);
+               since = t.now();
+             }
+             const auto seen =
+                 t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
+                   return one.entry.kind() == sd::EntryKind::stop_subscribe_eventgroup &&
+                          one.entry.service == ours.used().service;
+                 });
+             if (!seen) {
+               t.fail("no StopSubscribeEventgroup after clientServiceDeactivate");
+             }
+           }},
+      {.id = "client.ets.event.udp",
+       .title = "receives events over UDP",
+       .requirements = {"feat_req_someipsd_1182", "feat_req_someipsd_848"},
+       .tc8 = {"SOMEIP_ETS_105"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             const Activated activated{t, subscribe};
+             subscribed_all(t, ours, false);
+             const Endpoint to = receiver(t, ours);
+             for (const std::uint8_t value : {std::uint8_t{0x35}, std::uint8_t{0x53}}) {
+               ours.notify(ours.used().udp->event, value, to);
+               expect_last_value(t, 0x3c, value);
+             }
+           }},
+      {.id = "client.ets.event.multicast",
+       .title = "receives events over multicast",
+       .requirements = {"feat_req_someip_811", "feat_req_someipsd_749"},
+       .tc8 = {"SOMEIP_ETS_104"},
+       .needs = client | Need::multicast_events,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             if (!ours.used().multicast) {
+               t.unsupported("the profile names no eventgroup over multicast that the device uses");
+             }
+             Endpoint group = *t.eventgroup([](const EventgroupProfile& one) {
+                                  return one.multicast.has_value();
+                                }).multicast;
+             group.port = static_cast<std::uint16_t>(group.port + 100);
+             const Activated activated{t, subscribe};
+             subscribed_all(t, ours, false, group);
+             for (const std::uint8_t value : {std::uint8_t{0x36}, std::uint8_t{0x63}}) {
+               ours.notify(ours.used().multicast->event, value, group);
+               expect_last_value(t, 0x3d, value);
+             }
+           }},
+      {.id = "client.ets.event.tcp",
+       .title = "connects before it subscribes to events over TCP, and receives them",
+       .requirements = {"feat_req_someipsd_767"},
+       .tc8 = {"SOMEIP_ETS_103"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             need_tcp(t);
+             OurService ours{t, used_service(t, true), true};
+             const Activated activated{t, subscribe};
+             const SeenEntry seen = ours.subscribed(ours.used().tcp->id);
+             t.require(!t.tester.accepted(ours.listening()).empty(), "TCP connections before the Subscribe",
+                       "1", "0", seen.packet);
+             const PortId made = connection(t, ours, 1);
+             ours.answer(seen);
+             t.pass();
+             for (const std::uint8_t value : {std::uint8_t{0x37}, std::uint8_t{0x73}}) {
+               ours.notify(ours.used().tcp->event, value, made);
+               expect_last_value(t, 0x3b, value);
+             }
+           }},
+      {.id = "client.ets.tcp-again",
+       .title = "connects with a later offer when the first connection was not taken",
+       .requirements = {"feat_req_someipsd_767", "feat_req_someipsd_431"},
+       .tc8 = {"SOMEIP_ETS_097"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             need_tcp(t);
+             const UsedService& used = used_service(t, true);
+             const Activated activated{t, subscribe};
+             {
+               // A port that nobody listens at any more.
+               OurService refusing{t, used, true};
+               const SdStimulus offer = refusing.offer_message();
+               t.tester.close(refusing.listening());
+               t.offer_ours(offer);
+               t.pass();
+             }
+             OurService ours{t, used, true};
+             ours.subscribed(used.tcp->id);
+             connection(t, ours, 1);
+           }},
+      {.id = "client.ets.reboot.udp",
+       .title = "subscribes again at a new UDP port of a server that was restarted",
+       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764"},
+       .tc8 = {"SOMEIP_ETS_082"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, true)};
+             const Activated activated{t, subscribe};
+             subscribed_all(t, ours, false);
+             ours.reboot();
+             ours.move();
+             subscribed_all(t, ours, false);
+             const Endpoint to = receiver(t, ours);
+             ours.notify(ours.used().udp->event, 0x2b, to);
+             expect_last_value(t, 0x3c, 0x2b);
+           }},
+      {.id = "client.ets.reboot.tcp",
+       .title = "connects and subscribes again to a server that was restarted",
+       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764"},
+       .tc8 = {"SOMEIP_ETS_081"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             need_tcp(t);
+             OurService ours{t, used_service(t, true), true};
+             const Activated activated{t, subscribe};
+             ours.answer(ours.subscribed(ours.used().tcp->id));
+             connection(t, ours, 1);
+             t.pass();
+             ours.reboot();
+             const std::size_t since = t.now();
+             ours.offer();
+             connection(t, ours, 2);
+             if (!ours.subscribe_since(since, t.profile.timing.answer_within, ours.used().tcp->id)) {
+               t.fail("no SubscribeEventgroup after the restart of the server");
+             }
+           }},
+  };
+  cases.insert(cases.end(), all.begin(), all.end());
+}
+
+}  // namespace trestle::conform
