@@ -35,7 +35,8 @@ bridge/cli bridge/traffic bridge/web
 bridge/traffic/live
 bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
-bridge/carry/commands bridge/conform/commands bridge/generate
+bridge/carry/commands bridge/generate
+bridge/conform/commands
 bridge/program
 """
 # The core knows nothing of the network, and nothing below the bridge knows of the other world's protocol; siblings of one

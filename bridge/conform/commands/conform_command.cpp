@@ -15,6 +15,7 @@
 #include "bridge/cli/signals.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/commands/profile_command.hpp"
 #include "bridge/conform/commands/replay_command.hpp"
 #include "bridge/conform/commands/result_output.hpp"
 #include "bridge/conform/commands/results_commands.hpp"
@@ -335,7 +336,7 @@ void add_device(CLI::App& command, Arguments& arguments) {
 
 }  // namespace
 
-void add_conform_command(CLI::App& app, int& status) {
+void add_conform_command(CLI::App& app, int& status, const generate::SourceReaders& readers) {
   CLI::App* conform = app.add_subcommand("conform", "Test whether a device does what SOME/IP asks of it");
   conform->require_subcommand(1);
   const auto command = [&](const char* name, const char* what, int (*action)(const Arguments&),
@@ -374,6 +375,7 @@ void add_conform_command(CLI::App& app, int& status) {
       "  trestle conform selftest --dut examples/ets_device/profile.yaml --fault ack-ttl --quick\n"
       "Exit status: 0 when all faults are found and no case fails without a fault, 1 otherwise.",
       true);
+  add_profile_command(*conform, status, readers);
   add_replay_command(*conform, status);
   add_results_commands(*conform, status);
   test_command->add_option("--fault", test_arguments->faults, "Only this fault; can be repeated")

@@ -1,21 +1,18 @@
 // bridge/conform/commands: `trestle conform`.
 //
 //   conform_command.hpp   run, list, explain, selftest
-//   replay_command.hpp    replay: verdicts from a capture
-//   result_output.hpp     results on the terminal, and as files
-//   results_commands.hpp  diff, matrix: what was run before
+//   profile_command.hpp   profile: a first profile, from the sources of `trestle generate`;
+//   profile_writer.hpp replay_command.hpp    replay: verdicts from a capture result_output.hpp     results on
+//   the terminal, and as files results_commands.hpp  diff, matrix: what was run before
 //
 // What is done stands in bridge/conform; here are the command line and what is printed.
 #pragma once
-
-namespace CLI {
-class App;
-}
+#include "bridge/generate/source_options.hpp"
 
 namespace trestle::conform {
 
 /// Adds `trestle conform`. Exit status: 0 when no case failed, 1 when one did or could not be judged, 2 when
 /// the command line or the profile is wrong.
-void add_conform_command(CLI::App& app, int& status);
+void add_conform_command(CLI::App& app, int& status, const generate::SourceReaders& readers);
 
 }  // namespace trestle::conform

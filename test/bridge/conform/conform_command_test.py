@@ -100,6 +100,26 @@ class Conform(unittest.TestCase):
         self.assertIn("| sd.offer | 1/1 | 0/1 |", conform("matrix", good, self.folder / "out", "--format", "markdown"))
         self.assertIn("missing/results.json", conform("diff", good, self.folder / "missing" / "results.json", status=2))
 
+    def test_writes_a_profile(self):
+        door = pathlib.Path(SOURCE) / "examples" / "door"
+        text = conform("profile", door / "Door.fidl", door / "Door.fdepl", "--device", f"{HOST}.1")
+        self.assertIn("  - id: 0x4711  # car.Door\n    instance: 1\n", text)
+        self.assertIn("    request: {method: 0x0001}  # the getter of opening\n", text)
+        self.assertIn("is needed, or --from-network", conform("profile", status=2))
+        # From the network: of the reference device, and good enough to run cases with.
+        group = f"239.255.{os.getpid() >> 8 & 0xff}.{os.getpid() & 0xff}"
+        device = subprocess.Popen([pathlib.Path(TRESTLE).parent / "ets_device", "--address", f"{HOST}.1", "--multicast", group,
+                                   "--sd-port", "30490", "--event-group", "239.255.77.2"], stdout=subprocess.DEVNULL)
+        self.addCleanup(device.wait, 20)
+        self.addCleanup(device.terminate)
+        file = self.folder / "found.yaml"
+        conform("profile", f"network:{HOST}.2", "--multicast", group, "--for", "2", "--tester", f"{HOST}.2", "-o", file)
+        text = file.read_text()
+        self.assertIn(f"  device: {HOST}.1\n", text)
+        self.assertIn("  - id: 0x0102", text)
+        self.assertIn(f"  multicast: {group}\n", text)
+        self.assertIn("1 pass", conform("run", "sd.offer.service", "--dut", file, "--out", self.folder))
+
     def test_judges_captures(self):
         """What the READMEs of the captures say is wrong with them is found, and nothing in the others."""
         shared = pathlib.Path(SOURCE).resolve().parent / "shared" / "pcaps" / "public"

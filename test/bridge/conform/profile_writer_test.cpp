@@ -1,0 +1,124 @@
+#include "bridge/conform/commands/profile_writer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bridge/conform/profile.hpp"
+
+namespace trestle::conform::profile_writer_test {
+namespace {
+
+using describe::Instance;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const IpAddress device = IpAddress::v4(192, 168, 1, 10);
+const IpAddress other = IpAddress::v4(192, 168, 1, 11);
+
+describe::Model door() {
+  describe::Service service{
+      .name = "Door", .scope = "car", .id = someip::ServiceId{0x4711}, .major = 2, .minor = 3};
+  service.fields = {{.name = "label",
+                     .getter = someip::MethodId{2},
+                     .setter = someip::MethodId{3},
+                     .notifier = someip::MethodId{0x8002},
+                     .eventgroups = {someip::EventgroupId{1}}}};
+  service.events = {{.name = "moved",
+                     .id = someip::MethodId{0x8010},
+                     .eventgroups = {someip::EventgroupId{2}},
+                     .transfer = {.transport = Transport::tcp}}};
+  service.methods = {
+      {.name = "ring\nlifecycle: {start: evil}", .id = someip::MethodId{0x12}, .fire_and_forget = true}};
+  describe::Model model;
+  model.services = {service};
+  Instance instance{.service_id = service.id,
+                    .id = someip::InstanceId{1},
+                    .address = device,
+                    .udp_port = std::uint16_t{30711},
+                    .multicast = {{.eventgroup = someip::EventgroupId{1},
+                                   .group = {IpAddress::v4(239, 1, 1, 1), 30712},
+                                   .threshold = 2}},
+                    .machine = "Door \"ECU\""};
+  Instance elsewhere = instance;
+  elsewhere.address = other;
+  elsewhere.machine.clear();
+  model.instances = {instance, instance, elsewhere};
+  model.instances[1].id = someip::InstanceId{2};
+  model.machines = {{.name = "Door \"ECU\"",
+                     .address = device,
+                     .sd_multicast = IpAddress::v4(239, 0, 0, 1),
+                     .sd_port = std::uint16_t{30491}}};
+  return model;
+}
+
+Profile read_back(const WrittenProfile& written) {
+  auto profile = read_profile(written.text, "p.yaml");
+  EXPECT_TRUE(profile) << written.text << (profile ? "" : documents::to_string(profile.error().front()));
+  return profile ? *profile : Profile{.services = {{}}};
+}
+
+TEST(ProfileWriter, WritesWhatTheReaderReads) {
+  const WrittenProfile written = write_profile(door(), {});
+  const Profile profile = read_back(written);
+  EXPECT_EQ(profile.name, "Door ?ECU?");
+  EXPECT_EQ(profile.device, device);
+  EXPECT_EQ(profile.tester, other);  // the address beside it, as a guess
+  EXPECT_THAT(written.text, HasSubstr("# a guess: an address of this host"));
+  EXPECT_EQ(profile.multicast, IpAddress::v4(239, 0, 0, 1));
+  EXPECT_EQ(profile.sd_port, 30491);
+  EXPECT_EQ(written.others, "192.168.1.11");
+  ASSERT_EQ(profile.services.size(), 2U);
+  const ServiceProfile& service = profile.service();
+  EXPECT_EQ(service.service, someip::ServiceId{0x4711});
+  EXPECT_EQ(service.major, 2);
+  EXPECT_EQ(service.minor, 3U);
+  EXPECT_EQ(service.udp_port, 30711);
+  ASSERT_EQ(service.eventgroups.size(), 2U);
+  EXPECT_TRUE(service.eventgroups[0].initial_values);
+  EXPECT_FALSE(service.eventgroups[0].tcp);
+  EXPECT_THAT(service.eventgroups[0].events, ElementsAre(someip::MethodId{0x8002}));
+  EXPECT_EQ(service.eventgroups[0].multicast, (Endpoint{IpAddress::v4(239, 1, 1, 1), 30712}));
+  EXPECT_EQ(service.eventgroups[0].multicast_threshold, 2U);
+  EXPECT_TRUE(service.eventgroups[1].tcp);
+  ASSERT_TRUE(service.request);
+  EXPECT_EQ(service.request->method, someip::MethodId{2});
+  // What may do harm, a person has to say; and no name gets out of its comment.
+  EXPECT_FALSE(service.fire_and_forget);
+  EXPECT_THAT(written.text, HasSubstr("# fire_and_forget: 0x0012  # ring?lifecycle"));
+  EXPECT_FALSE(profile.can_restart());
+}
+
+TEST(ProfileWriter, WritesTheDeviceThatIsAskedFor) {
+  const WrittenProfile written = write_profile(door(), {.name = "D", .device = other, .tester = device});
+  const Profile profile = read_back(written);
+  EXPECT_EQ(profile.name, "D");
+  EXPECT_EQ(profile.device, other);
+  EXPECT_EQ(profile.tester, device);
+  EXPECT_EQ(profile.services.size(), 1U);
+  EXPECT_THAT(write_profile(door(), {.device = IpAddress::v4(10, 0, 0, 1)}).text, IsEmpty());
+}
+
+TEST(ProfileWriter, GuessesWhatADescriptionLeavesOpen) {
+  describe::Model model = door();
+  model.instances = {{.service_id = someip::ServiceId{0x4711}}};
+  const WrittenProfile written = write_profile(model, {});
+  const Profile profile = read_back(written);
+  EXPECT_EQ(profile.device, IpAddress::v4(192, 0, 2, 1));
+  EXPECT_EQ(profile.service().udp_port, 30501);
+  EXPECT_THAT(written.text, HasSubstr("# a guess: the description has no port"));
+  // The address may be told.
+  EXPECT_EQ(read_back(write_profile(model, {.device = device})).device, device);
+}
+
+TEST(ProfileWriter, WritesNothingWhereNothingIsOffered) {
+  describe::Model model = door();
+  for (Instance& one : model.instances) {
+    one.role = Instance::Role::required;
+  }
+  EXPECT_THAT(write_profile(model, {}).text, IsEmpty());
+  EXPECT_THAT(write_profile({}, {}).text, IsEmpty());
+}
+
+}  // namespace
+}  // namespace trestle::conform::profile_writer_test
