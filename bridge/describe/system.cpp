@@ -81,7 +81,9 @@ System make_system(Reading reading, IdLock& lock, const SystemOptions& options) 
     take(join(system.model));  // ids that are the same now
   }
   take(without_tcp_port(system.model));
-  system.lowered = lower(system.model, options.lower);
+  if (options.lowers) {
+    system.lowered = lower(system.model, options.lower);
+  }
   system.good = std::ranges::none_of(system.problems, [](const documents::Problem& problem) {
     return problem.severity == documents::Problem::Severity::error;
   });

@@ -25,6 +25,7 @@ struct System {
 struct SystemOptions {
   LowerOptions lower{};
   Edits edits{};
+  bool lowers = true;  ///< false: System::lowered stays empty, for who does not need it
 };
 
 /// Makes a system of what was read.

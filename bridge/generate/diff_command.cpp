@@ -34,6 +34,7 @@ const char* word(Impact impact) {
 describe::System read_one(const std::string& source, const SourceReaders& readers) {
   SourceArguments arguments{readers};
   arguments.sources = {source};
+  arguments.options.lowers = false;  // what is compared is the model
   return arguments.read();
 }
 

@@ -189,6 +189,7 @@ int run_generate(GenerateArguments& arguments) {
   if (arguments.sources.lock_file.empty()) {
     arguments.sources.lock_file = lock;
   }
+  arguments.sources.options.lowers = std::ranges::any_of(wanted, &Target::needs_lowered);
   const bool names_types_anew = arguments.inputs.writes_routes && !with_types && arguments.inputs.has_names();
   describe::Lowered before;
   const describe::System system = arguments.sources.read([&](describe::Model& model) {

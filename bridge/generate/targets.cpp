@@ -23,11 +23,13 @@ constexpr std::array all{
     Target{"routes", "Route file of `trestle bridge`",
            [](const System& system, const TargetOptions& options) {
              return describe::write_routes(system.model, system.lowered, options.routes);
-           }},
+           },
+           true},
     Target{"msg", "ROS 2 packages with .msg and .srv files",
            [](const System& system, const TargetOptions&) {
              return describe::write_msg(system.model, system.lowered);
-           }},
+           },
+           true},
     Target{"fidl", "FIDL and FDEPL of CommonAPI",
            [](const System& system, const TargetOptions&) { return describe::write_fidl(system.model); }},
     Target{"vsomeip", "Configurations of vsomeip",

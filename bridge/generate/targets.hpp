@@ -17,6 +17,7 @@ struct Target {
   std::string_view name;   ///< as in --to: "routes"
   std::string_view title;  ///< for people: "Route file of `trestle bridge`"
   describe::Written (*write)(const describe::System& system, const TargetOptions& options);
+  bool needs_lowered = false;  ///< uses describe::System::lowered
 };
 
 [[nodiscard]] std::span<const Target> targets();

@@ -339,5 +339,27 @@ TEST(RoundTrips, AreDescribedInTheDocument) {
   EXPECT_THAT(unknown, IsEmpty());
 }
 
+/// `trestle generate` does not lower what no target asks for.
+TEST(Targets, OfWhichMostNeedNoRosTypes) {
+  const std::vector<Interface> all = interfaces();
+  for (const Interface& one : {all.front(), all.back()}) {
+    const auto system = [&](bool lowers) {
+      describe::IdLock lock;
+      return make_system(describe::read_sources(texts_of(one), {}), lock, {.lowers = lowers});
+    };
+    const describe::System full = system(true);
+    const describe::System bare = system(false);
+    ASSERT_FALSE(full.lowered.definitions.empty());
+    EXPECT_TRUE(bare.good && bare.lowered.definitions.empty());
+    for (const Target& each : targets()) {
+      const describe::Written expected = each.write(full, {});
+      const describe::Written written = each.write(bare, {});
+      const bool is_same = std::ranges::equal(expected.files, written.files, {}, &describe::TextFile::text,
+                                              &describe::TextFile::text);
+      EXPECT_EQ(is_same, !each.needs_lowered) << each.name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trestle::generate::round_trip_test
