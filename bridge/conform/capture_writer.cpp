@@ -39,6 +39,17 @@ ByteView address_of(const Endpoint& endpoint) {
   return std::as_bytes(std::span{endpoint.address.bytes}).first(endpoint.address.v6 ? 16 : 4);
 }
 
+/// What the checksums of UDP and TCP cover: addresses, protocol and length (below 64 KiB), then the segment.
+Block with_pseudo_header(const Packet& packet, const Block& segment) {
+  Block all;
+  put_bytes(all, address_of(packet.from));
+  put_bytes(all, address_of(packet.to));
+  put(all, static_cast<std::uint16_t>(packet.transport));
+  put(all, static_cast<std::uint16_t>(segment.size()));
+  put_bytes(all, segment);
+  return all;
+}
+
 Block udp(const Packet& packet) {
   Block out;
   const auto size = static_cast<std::uint16_t>(std::min<std::size_t>(8 + packet.bytes.size(), 0xffff));
@@ -47,6 +58,10 @@ Block udp(const Packet& packet) {
   put(out, size);
   put(out, std::uint16_t{0});  // over IPv4: none
   put_bytes(out, packet.bytes);
+  if (packet.from.address.v6) {
+    const std::uint16_t sum = checksum(with_pseudo_header(packet, out));
+    someip::store<std::uint16_t>(out.data() + 6, sum == 0 ? std::uint16_t{0xffff} : sum);
+  }
   return out;
 }
 
@@ -66,13 +81,7 @@ class TcpNumbers {
     put(out, std::uint32_t{0});
     put_bytes(out, packet.bytes);
     next += static_cast<std::uint32_t>(packet.bytes.size());
-    Block pseudo;
-    put_bytes(pseudo, address_of(packet.from));
-    put_bytes(pseudo, address_of(packet.to));
-    put(pseudo, std::uint16_t{6});
-    put(pseudo, static_cast<std::uint16_t>(out.size()));
-    put_bytes(pseudo, out);
-    someip::store<std::uint16_t>(out.data() + 16, checksum(pseudo));
+    someip::store<std::uint16_t>(out.data() + 16, checksum(with_pseudo_header(packet, out)));
     return out;
   }
 
@@ -82,6 +91,16 @@ class TcpNumbers {
 
 Block ip(const Packet& packet, const Block& contents, std::uint16_t id) {
   Block out;
+  if (packet.from.address.v6) {
+    put(out, std::uint32_t{0x6000'0000});
+    put(out, static_cast<std::uint16_t>(std::min<std::size_t>(contents.size(), 0xffff)));
+    put(out, static_cast<std::uint8_t>(packet.transport));
+    put(out, std::uint8_t{64});
+    put_bytes(out, address_of(packet.from));
+    put_bytes(out, address_of(packet.to));
+    put_bytes(out, contents);
+    return out;
+  }
   put(out, std::uint16_t{0x4500});
   put(out, static_cast<std::uint16_t>(std::min<std::size_t>(20 + contents.size(), 0xffff)));
   put(out, id);

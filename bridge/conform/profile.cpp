@@ -268,8 +268,9 @@ void read_network(Section& top, Profile& profile, Problems& problems) {
   network.require("tester", documents::ip_address(), profile.tester);
   network.read("multicast", documents::multicast_address(), profile.multicast);
   network.read("sd_port", as<std::uint16_t>(whole_number(1, 65'535)), profile.sd_port);
-  if (profile.device.v6 || profile.tester.v6 || profile.multicast.v6) {
-    problems.error(network.mark(), "network: expected IPv4 addresses; cases over IPv6 are not there yet");
+  if (profile.device.v6 != profile.tester.v6 || profile.device.v6 != profile.multicast.v6) {
+    problems.error(network.mark(),
+                   "network: expected 'device', 'tester' and 'multicast' to be all of IPv4, or all of IPv6");
   }
   if (profile.device == profile.tester) {
     problems.error(network.mark(),

@@ -38,12 +38,14 @@ void append_u32(Bytes& to, std::uint32_t number) {
 }
 
 Bytes endpoint_option(const Endpoint& endpoint, Transport transport) {
+  const bool v6 = endpoint.address.v6;
   Bytes body = bytes({0});
-  append(body, std::as_bytes(std::span{endpoint.address.bytes}).first(4));
+  append(body, std::as_bytes(std::span{endpoint.address.bytes}).first(v6 ? 16 : 4));
   append_u8(body, 0);
   append_u8(body, static_cast<std::uint8_t>(transport));
   append_u16(body, endpoint.port);
-  return raw_option(9, static_cast<std::uint8_t>(sd::OptionType::ipv4_endpoint), body);
+  const auto type = v6 ? sd::OptionType::ipv6_endpoint : sd::OptionType::ipv4_endpoint;
+  return raw_option(static_cast<std::uint16_t>(body.size()), static_cast<std::uint8_t>(type), body);
 }
 
 Bytes raw_option(std::uint16_t length, std::uint8_t type, ByteView body) {

@@ -2,6 +2,8 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -27,34 +29,107 @@ using namespace std::chrono_literals;
 /// Below this, a late return of poll() is what any busy machine does.
 constexpr Duration tolerated_stall = 100ms;
 
-sockaddr_in to_system(const Endpoint& endpoint) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(endpoint.port);
-  std::memcpy(&address.sin_addr, endpoint.address.bytes.data(), 4);
+/// A socket address of either family.
+struct SocketAddress {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof storage;
+
+  [[nodiscard]] const sockaddr* get() const { return reinterpret_cast<const sockaddr*>(&storage); }
+  [[nodiscard]] sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
+};
+
+SocketAddress to_system(const Endpoint& endpoint) {
+  SocketAddress address;
+  if (endpoint.address.v6) {
+    sockaddr_in6 v6{};
+    v6.sin6_family = AF_INET6;
+    v6.sin6_port = htons(endpoint.port);
+    std::memcpy(&v6.sin6_addr, endpoint.address.bytes.data(), 16);
+    std::memcpy(&address.storage, &v6, sizeof v6);
+    address.size = sizeof v6;
+  } else {
+    sockaddr_in v4{};
+    v4.sin_family = AF_INET;
+    v4.sin_port = htons(endpoint.port);
+    std::memcpy(&v4.sin_addr, endpoint.address.bytes.data(), 4);
+    std::memcpy(&address.storage, &v4, sizeof v4);
+    address.size = sizeof v4;
+  }
   return address;
 }
 
-Endpoint from_system(const sockaddr_in& address) {
+Endpoint from_system(const SocketAddress& address) {
   Endpoint endpoint;
-  std::memcpy(endpoint.address.bytes.data(), &address.sin_addr, 4);
-  endpoint.port = ntohs(address.sin_port);
+  if (address.storage.ss_family == AF_INET6) {
+    sockaddr_in6 v6{};
+    std::memcpy(&v6, &address.storage, sizeof v6);
+    endpoint.address.v6 = true;
+    std::memcpy(endpoint.address.bytes.data(), &v6.sin6_addr, 16);
+    endpoint.port = ntohs(v6.sin6_port);
+  } else {
+    sockaddr_in v4{};
+    std::memcpy(&v4, &address.storage, sizeof v4);
+    std::memcpy(endpoint.address.bytes.data(), &v4.sin_addr, 4);
+    endpoint.port = ntohs(v4.sin_port);
+  }
   return endpoint;
 }
 
-const sockaddr* generic(const sockaddr_in& address) {
-  return reinterpret_cast<const sockaddr*>(&address);
+Endpoint local_of(int fd) {
+  SocketAddress address;
+  ::getsockname(fd, address.get(), &address.size);
+  return from_system(address);
 }
-sockaddr* generic(sockaddr_in& address) {
-  return reinterpret_cast<sockaddr*>(&address);
+
+/// The number of the interface that has an IPv6 address; 0: none.
+unsigned interface_of(const IpAddress& own) {
+  ifaddrs* all = nullptr;
+  unsigned index = 0;
+  if (::getifaddrs(&all) == 0) {
+    for (const ifaddrs* one = all; one != nullptr && index == 0; one = one->ifa_next) {
+      if (one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET6) {
+        SocketAddress address;
+        std::memcpy(&address.storage, one->ifa_addr, sizeof(sockaddr_in6));
+        index = from_system(address).address == own ? ::if_nametoindex(one->ifa_name) : 0;
+      }
+    }
+    ::freeifaddrs(all);
+  }
+  return index;
+}
+
+/// What goes to a group goes out at the interface with our address.
+bool send_groups_from(int fd, const IpAddress& own) {
+  if (own.v6) {
+    const unsigned index = interface_of(own);
+    return index != 0 && ::setsockopt(fd, IPPROTO_IPV6, IPV6_MULTICAST_IF, &index, sizeof index) == 0;
+  }
+  in_addr address{};
+  std::memcpy(&address, own.bytes.data(), 4);
+  return ::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &address, sizeof address) == 0;
+}
+
+bool join(int fd, const IpAddress& group, const IpAddress& own) {
+  if (own.v6) {
+    ipv6_mreq membership{};
+    std::memcpy(&membership.ipv6mr_multiaddr, group.bytes.data(), 16);
+    membership.ipv6mr_interface = interface_of(own);
+    return ::setsockopt(fd, IPPROTO_IPV6, IPV6_JOIN_GROUP, &membership, sizeof membership) == 0;
+  }
+  ip_mreq membership{};
+  std::memcpy(&membership.imr_multiaddr, group.bytes.data(), 4);
+  std::memcpy(&membership.imr_interface, own.bytes.data(), 4);
+  const bool joined = ::setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) == 0;
+  someip::set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+  return joined;
 }
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::runtime_error{what + ": " + std::strerror(errno)};
 }
 
-int open_socket(int type) {
-  const int fd = ::socket(AF_INET, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+int open_socket(int type, bool v6) {
+  const int fd = ::socket(v6 ? AF_INET6 : AF_INET, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) {
     fail("cannot open a socket");
   }
@@ -83,16 +158,16 @@ struct Tester::Port {
 Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port)
     : own_{own}, group_{group}, sd_port_{sd_port} {
   const auto bound = [&](const Endpoint& local) {
-    auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM));
+    auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM, own_.v6));
     const int fd = opened->fd.get();
     someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, local.address.is_multicast() ? 1 : 0);
-    const sockaddr_in address = to_system(local);
-    int result = ::bind(fd, generic(address), sizeof address);
+    const SocketAddress address = to_system(local);
+    int result = ::bind(fd, address.get(), address.size);
     // A process that another tester of this program is about to start has all our sockets for a moment, also
     // those that are closed here.
     for (int tries = 0; result != 0 && errno == EADDRINUSE && tries < 50; ++tries) {
       std::this_thread::sleep_for(10ms);
-      result = ::bind(fd, generic(address), sizeof address);
+      result = ::bind(fd, address.get(), address.size);
     }
     if (result != 0) {
       const std::string why =
@@ -103,19 +178,13 @@ Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_po
     return opened;
   };
   auto unicast = bound(sd());
-  sockaddr_in address = to_system(sd());
-  if (::setsockopt(unicast->fd.get(), IPPROTO_IP, IP_MULTICAST_IF, &address.sin_addr,
-                   sizeof address.sin_addr) != 0) {
+  if (!send_groups_from(unicast->fd.get(), own)) {
     fail("no interface for multicast has the tester's address " + someip::to_string(own));
   }
   auto multicast = bound(sd_group());
-  ip_mreq membership{};
-  std::memcpy(&membership.imr_multiaddr, group.bytes.data(), 4);
-  membership.imr_interface = address.sin_addr;
-  if (::setsockopt(multicast->fd.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
+  if (!join(multicast->fd.get(), group, own)) {
     fail("cannot join " + someip::to_string(group));
   }
-  someip::set_option(multicast->fd.get(), IPPROTO_IP, IP_MULTICAST_ALL, 0);
   sd_unicast_ = add(std::move(unicast));
   sd_multicast_ = add(std::move(multicast));
 }
@@ -134,44 +203,35 @@ PortId Tester::add(std::unique_ptr<Port> opened) {
 }
 
 PortId Tester::open_udp(std::optional<Endpoint> group) {
-  auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM));
+  auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM, own_.v6));
   const int fd = opened->fd.get();
   someip::set_buffer(fd, SO_RCVBUFFORCE, SO_RCVBUF, 4 << 20);
   if (group) {
     someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   }
-  sockaddr_in address = to_system(group.value_or(Endpoint{own_, 0}));
-  if (::bind(fd, generic(address), sizeof address) != 0) {
+  const SocketAddress address = to_system(group.value_or(Endpoint{own_, 0}));
+  if (::bind(fd, address.get(), address.size) != 0) {
     fail("the tester cannot open a UDP port");
   }
   // What a case sends to a group goes there from our address.
-  const sockaddr_in own = to_system({own_, 0});
-  (void)::setsockopt(fd, IPPROTO_IP, IP_MULTICAST_IF, &own.sin_addr, sizeof own.sin_addr);
-  if (group) {
-    ip_mreq membership{};
-    std::memcpy(&membership.imr_multiaddr, group->address.bytes.data(), 4);
-    std::memcpy(&membership.imr_interface, own_.bytes.data(), 4);
-    if (::setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
-      fail("cannot join " + someip::to_string(group->address));
-    }
-    someip::set_option(fd, IPPROTO_IP, IP_MULTICAST_ALL, 0);
+  (void)send_groups_from(fd, own_);
+  if (group && !join(fd, group->address, own_)) {
+    fail("cannot join " + someip::to_string(group->address));
   }
-  socklen_t size = sizeof address;
-  ::getsockname(fd, generic(address), &size);
-  opened->local = from_system(address);
+  opened->local = local_of(fd);
   return add(std::move(opened));
 }
 
 std::optional<PortId> Tester::connect(const Endpoint& to, Duration within) {
-  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM));
+  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM, own_.v6));
   const int fd = opened->fd.get();
-  sockaddr_in own = to_system({own_, 0});
-  if (::bind(fd, generic(own), sizeof own) != 0) {
+  const SocketAddress own = to_system({own_, 0});
+  if (::bind(fd, own.get(), own.size) != 0) {
     fail("the tester cannot open a TCP port");
   }
   someip::set_option(fd, IPPROTO_TCP, TCP_NODELAY, 1);
-  const sockaddr_in address = to_system(to);
-  if (::connect(fd, generic(address), sizeof address) != 0 && errno != EINPROGRESS) {
+  const SocketAddress address = to_system(to);
+  if (::connect(fd, address.get(), address.size) != 0 && errno != EINPROGRESS) {
     return std::nullopt;
   }
   pollfd wait{.fd = fd, .events = POLLOUT, .revents = 0};
@@ -183,25 +243,21 @@ std::optional<PortId> Tester::connect(const Endpoint& to, Duration within) {
   if (::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size) != 0 || error != 0) {
     return std::nullopt;
   }
-  size = sizeof own;
-  ::getsockname(fd, generic(own), &size);
   opened->transport = Transport::tcp;
-  opened->local = from_system(own);
+  opened->local = local_of(fd);
   opened->peer = to;
   return add(std::move(opened));
 }
 
 PortId Tester::listen() {
-  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM));
-  sockaddr_in own = to_system({own_, 0});
-  socklen_t size = sizeof own;
-  if (::bind(opened->fd.get(), generic(own), sizeof own) != 0 || ::listen(opened->fd.get(), 8) != 0 ||
-      ::getsockname(opened->fd.get(), generic(own), &size) != 0) {
+  auto opened = std::make_unique<Port>(open_socket(SOCK_STREAM, own_.v6));
+  const SocketAddress own = to_system({own_, 0});
+  if (::bind(opened->fd.get(), own.get(), own.size) != 0 || ::listen(opened->fd.get(), 8) != 0) {
     fail("the tester cannot listen at a TCP port");
   }
   opened->transport = Transport::tcp;
   opened->listens = true;
-  opened->local = from_system(own);
+  opened->local = local_of(opened->fd.get());
   return add(std::move(opened));
 }
 
@@ -235,11 +291,11 @@ void Tester::send(PortId id, ByteView datagram, const Endpoint& to) {
 }
 
 void Tester::send_from(const Port& from, ByteView datagram, const Endpoint& to) {
-  const sockaddr_in address = to_system(to);
+  const SocketAddress address = to_system(to);
   note(true, Transport::udp, from.local, to, datagram);
   // Errors of earlier datagrams (ICMP) come with the next call, which then has sent nothing.
   for (int tries = 0; tries < 3; ++tries) {
-    if (::sendto(from.fd.get(), datagram.data(), datagram.size(), 0, generic(address), sizeof address) >= 0) {
+    if (::sendto(from.fd.get(), datagram.data(), datagram.size(), 0, address.get(), address.size) >= 0) {
       return;
     }
   }
@@ -320,12 +376,12 @@ void Tester::read(PortId id) {
 void Tester::read_datagrams(Port& from) {
   std::vector<std::byte> room(65'536);
   for (int count = 0; count < 256; ++count) {
-    sockaddr_in sender{};
+    SocketAddress sender;
     alignas(cmsghdr) std::array<char, 128> control{};
     iovec part{room.data(), room.size()};
     msghdr message{};
-    message.msg_name = &sender;
-    message.msg_namelen = sizeof sender;
+    message.msg_name = sender.get();
+    message.msg_namelen = sender.size;
     message.msg_iov = &part;
     message.msg_iovlen = 1;
     message.msg_control = control.data();
@@ -371,9 +427,8 @@ void Tester::read_stream(Port& from) {
 }
 
 void Tester::accept(PortId id) {
-  sockaddr_in peer{};
-  socklen_t size = sizeof peer;
-  const int fd = ::accept4(port(id).fd.get(), generic(peer), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  SocketAddress peer;
+  const int fd = ::accept4(port(id).fd.get(), peer.get(), &peer.size, SOCK_CLOEXEC | SOCK_NONBLOCK);
   if (fd < 0) {
     return;
   }

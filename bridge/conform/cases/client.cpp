@@ -55,8 +55,8 @@ struct BadOffer {
 
 void set_port(SdStimulus& offer, unsigned port) {
   Bytes& option = offer.options.front();
-  option[10] = static_cast<std::byte>(port >> 8U);
-  option[11] = static_cast<std::byte>(port);
+  option[option.size() - 2] = static_cast<std::byte>(port >> 8U);
+  option[option.size() - 1] = static_cast<std::byte>(port);
 }
 
 Case as_case(const BadOffer& row) {
@@ -108,21 +108,25 @@ std::vector<BadOffer> bad_offers() {
       {"multicast-endpoint",
        "does not subscribe after an offer with a multicast address as endpoint",
        {"feat_req_someipsd_1233"},
-       [](SdStimulus& s) { s.options.front()[4] = std::byte{0xe0}; }},
+       [](SdStimulus& s) {
+         s.options.front()[4] = s.options.front().size() > 12 ? std::byte{0xff} : std::byte{0xe0};
+       }},
       {"unspecified-endpoint",
        "does not subscribe after an offer with the address 0.0.0.0",
        {"feat_req_someipsd_1233"},
-       [](SdStimulus& s) { std::fill_n(s.options.front().begin() + 4, 4, std::byte{0}); }},
+       [](SdStimulus& s) {
+         std::fill(s.options.front().begin() + 4, s.options.front().end() - 3, std::byte{0});
+       }},
       {"unknown-protocol",
        "does not subscribe after an offer with a protocol that is neither UDP nor TCP",
        {"feat_req_someipsd_102"},
-       [](SdStimulus& s) { s.options.front()[9] = std::byte{0x63}; }},
+       [](SdStimulus& s) { s.options.front()[s.options.front().size() - 3] = std::byte{0x63}; }},
       {"two-ports",
        "does not subscribe after an offer with two UDP endpoints",
        {"feat_req_someipsd_1145"},
        [](SdStimulus& s) {
          s.options.push_back(s.options.front());
-         s.options.back()[11] ^= std::byte{1};
+         s.options.back().back() ^= std::byte{1};
          s.entries.front().first_run.count = 2;
        }},
       {"option-length",

@@ -76,7 +76,8 @@ void OurService::answer(const SeenEntry& subscribe, bool good, std::optional<End
   entry.ttl_s = good ? entry.ttl_s : 0;
   if (multicast) {
     message.options = {endpoint_option(*multicast, Transport::udp)};
-    message.options.front()[2] = static_cast<std::byte>(sd::OptionType::ipv4_multicast);
+    message.options.front()[2] = static_cast<std::byte>(
+        multicast->address.v6 ? sd::OptionType::ipv6_multicast : sd::OptionType::ipv4_multicast);
     entry.first_run.count = 1;
   }
   message.entries = {entry};

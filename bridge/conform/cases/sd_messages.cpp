@@ -41,10 +41,16 @@ auto multicast_option(void (*judge)(Trial& t, const SeenEntry& ack, const sd::En
     const SeenEntry ack = t.acknowledged(t.subscribe(group));
     const auto options = ack.endpoints(sd::EndpointRole::multicast);
     if (options.empty()) {
-      t.fail("the acknowledgement has no IPv4 multicast option (type 0x14, Length 9)", ack.packet);
+      t.fail("the acknowledgement has no multicast option (type 0x14 and Length 9, with IPv6 0x16 and 21)",
+             ack.packet);
     }
     judge(t, ack, options.front(), *group.multicast);
   };
+}
+
+/// Bytes of an address in the options of this network.
+std::size_t address_bytes(const Trial& t) {
+  return t.profile.device.v6 ? 16 : 4;
 }
 
 unsigned number(ByteView bytes, std::size_t at) {
@@ -318,7 +324,7 @@ void add_sd_message_cases(Cases& cases) {
          }
        })},
       {.id = "sd.offer.endpoint",
-       .title = "offers with an IPv4 endpoint option",
+       .title = "offers with an endpoint option",
        .requirements = {"feat_req_someipsd_752", "feat_req_someipsd_849"},
        .tc8 = {"SOMEIPSRV_SD_MESSAGE_08"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
@@ -328,8 +334,8 @@ void add_sd_message_cases(Cases& cases) {
            udp += one.transport == Transport::udp ? 1U : 0U;
            tcp += one.transport == Transport::tcp ? 1U : 0U;
          }
-         t.require(udp + tcp >= 1, "IPv4 endpoints", "1 or more", "0", offer.packet);
-         t.require(udp <= 1 && tcp <= 1, "IPv4 endpoints of one protocol", "1 at most",
+         t.require(udp + tcp >= 1, "endpoints", "1 or more", "0", offer.packet);
+         t.require(udp <= 1 && tcp <= 1, "endpoints of one protocol", "1 at most",
                    std::to_string(std::max(udp, tcp)), offer.packet);
        })},
       {.id = "sd.offer.both-transports",
@@ -365,20 +371,21 @@ void add_sd_message_cases(Cases& cases) {
            }},
 
       {.id = "sd.option.endpoint.length",
-       .title = "offers endpoints in options of Length 9",
+       .title = "offers endpoints in options of Length 9, or 21 with IPv6",
        .requirements = {"feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_01"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         t.equal("Length of the option", std::size_t{9}, first_option(t, offer).size(), offer.packet);
+         t.equal("Length of the option", 5 + address_bytes(t), first_option(t, offer).size(), offer.packet);
        })},
       {.id = "sd.option.endpoint.type",
-       .title = "offers endpoints in options of type 4",
+       .title = "offers endpoints in options of type 4, or 6 with IPv6",
        .requirements = {"feat_req_someipsd_127"},
        .tc8 = {"SOMEIPSRV_OPTIONS_02"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
          first_option(t, offer);
-         t.equal("type of the option", sd::OptionType::ipv4_endpoint, offer.options().front().type,
-                 offer.packet);
+         t.equal("type of the option",
+                 t.profile.device.v6 ? sd::OptionType::ipv6_endpoint : sd::OptionType::ipv4_endpoint,
+                 offer.options().front().type, offer.packet);
        })},
       {.id = "sd.option.endpoint.reserved",
        .title = "leaves reserved bytes of endpoint options 0",
@@ -387,7 +394,7 @@ void add_sd_message_cases(Cases& cases) {
        .run = offered([](Trial& t, const SeenEntry& offer) {
          const ByteView body = first_option(t, offer);
          t.equal("byte after the type", 0U, number(body, 0), offer.packet);
-         t.equal("byte before the protocol", 0U, number(body, 5), offer.packet);
+         t.equal("byte before the protocol", 0U, number(body, 1 + address_bytes(t)), offer.packet);
        })},
       {.id = "sd.option.endpoint.address",
        .title = "offers its own address",
@@ -395,7 +402,7 @@ void add_sd_message_cases(Cases& cases) {
        .tc8 = {"SOMEIPSRV_OPTIONS_04"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
          const ByteView body = first_option(t, offer);
-         for (std::size_t at = 0; at < 4; ++at) {
+         for (std::size_t at = 0; at < address_bytes(t); ++at) {
            t.equal("byte of the address", unsigned{t.profile.device.bytes[at]}, number(body, 1 + at),
                    offer.packet);
          }
@@ -405,7 +412,7 @@ void add_sd_message_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_128", "feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_06"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         const unsigned protocol = number(first_option(t, offer), 6);
+         const unsigned protocol = number(first_option(t, offer), 2 + address_bytes(t));
          t.require(protocol == 0x11 || protocol == 0x06, "L4 protocol", "0x11 or 0x06",
                    fmt::format("{:#04x}", protocol), offer.packet);
        })},
@@ -435,7 +442,7 @@ void add_sd_message_cases(Cases& cases) {
        .needs = Need::multicast_events,
        .run =
            multicast_option([](Trial& t, const SeenEntry& ack, const sd::EndpointOption&, const Endpoint&) {
-             t.equal("Length of the option", std::size_t{9}, first_option(t, ack).size(), ack.packet);
+             t.equal("Length of the option", 5 + address_bytes(t), first_option(t, ack).size(), ack.packet);
            })},
       {.id = "sd.option.multicast.type",
        .title = "acknowledges a multicast eventgroup with an option of type 0x14",
@@ -444,7 +451,9 @@ void add_sd_message_cases(Cases& cases) {
        .needs = Need::multicast_events,
        .run = multicast_option(
            [](Trial& t, const SeenEntry& ack, const sd::EndpointOption& option, const Endpoint&) {
-             t.equal("type of the option", sd::OptionType::ipv4_multicast, option.type(), ack.packet);
+             t.equal("type of the option",
+                     t.profile.device.v6 ? sd::OptionType::ipv6_multicast : sd::OptionType::ipv4_multicast,
+                     option.type(), ack.packet);
            })},
       {.id = "sd.option.multicast.reserved",
        .title = "leaves reserved bytes of multicast options 0",

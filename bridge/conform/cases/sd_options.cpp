@@ -40,7 +40,8 @@ void no_value_since(Trial& t, std::size_t since, const char* why) {
 
 Bytes sd_endpoint_option(const Endpoint& endpoint) {
   Bytes option = endpoint_option(endpoint, Transport::udp);
-  option[2] = static_cast<std::byte>(sd::OptionType::ipv4_sd_endpoint);
+  option[2] = static_cast<std::byte>(endpoint.address.v6 ? sd::OptionType::ipv6_sd_endpoint
+                                                         : sd::OptionType::ipv4_sd_endpoint);
   return option;
 }
 
@@ -314,8 +315,9 @@ void add_sd_option_cases(Cases& cases) {
            [](Trial& t) {
              const SeenEntry offer = t.offer();
              for (const sd::Option& option : offer.options()) {
-               t.require(option.type != sd::OptionType::ipv4_sd_endpoint, "option of the offer",
-                         "no SD endpoint", "an SD endpoint", offer.packet);
+               t.require(option.type != sd::OptionType::ipv4_sd_endpoint &&
+                             option.type != sd::OptionType::ipv6_sd_endpoint,
+                         "option of the offer", "no SD endpoint", "an SD endpoint", offer.packet);
              }
            }},
 

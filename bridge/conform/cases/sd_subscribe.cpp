@@ -373,7 +373,7 @@ void add_sd_subscribe_cases(Cases& cases) {
        .run = good_options([](Trial& t) {
          Bytes option = t.own_endpoint();
          option[3] = std::byte{0x5a};
-         option[8] = std::byte{0xa5};
+         option[option.size() - 4] = std::byte{0xa5};
          return std::vector<Bytes>{option};
        })},
       {.id = "sd.subscribe.option.redundant",

@@ -156,6 +156,28 @@ class Conform(unittest.TestCase):
         self.assertIn("nobody", conform("replay", PROFILE, "--host", "nobody", status=2))
         conform("replay", PROFILE, status=2)
 
+    def test_works_over_ipv6(self):
+        # Loopback has one address of IPv6 only, so this needs a network of its own.
+        network = ("ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && "
+                   "ip link set v0 up && ip addr add fd00::1/64 dev v0 nodad && ip addr add fd00::2/64 dev v0 nodad && "
+                   "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done'")
+        own = next((words for words in (["unshare", "-n"], ["unshare", "-Urn"])
+                    if subprocess.run([*words, "sh", "-c", network], capture_output=True).returncode == 0), None)
+        if own is None:
+            self.skipTest("cannot make a network of its own")
+        text = PROFILE.read_text()
+        for old, new in (("127.0.77.1", '"fd00::1"'), ("127.0.77.2", '"fd00::2"'), ("239.255.77.1", '"ff15::77"'),
+                         ("239.255.77.2", '"ff15::78"')):
+            text = text.replace(old, new)
+        profile = self.folder / "profile.yaml"
+        profile.write_text(text)
+        cases = ["sd.offer.endpoint", "sd.option.endpoint", "sd.option.multicast.address", "sd.subscribe.ack.ttl",
+                 "sd.endpoint-option.find", "event.multicast", "tcp.request", "client.subscribe.endpoint"]
+        run = f"{network} && '{TRESTLE}' conform run {' '.join(cases)} --dut '{profile}' --out '{self.folder}'"
+        done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=150)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertGreater(json.loads((self.folder / "results.json").read_text())["verdicts"]["pass"], len(cases))
+
     def test_lists_and_explains(self):
         lines = conform("list", "sd.offer").splitlines()
         self.assertTrue(lines and all(line.startswith("sd.offer.") for line in lines), lines)

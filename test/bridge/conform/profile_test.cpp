@@ -67,6 +67,13 @@ TEST(Profile, TellsWhereAMistakeIs) {
       errors_of(
           "name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, instance: 1}\n"),
       ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:4:5"), testing::HasSubstr("port"))));
+  EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: \"fd00::2\"}\nservices:\n  - {id: 1, "
+                        "instance: 1, udp: 1}\n"),
+              ElementsAre(testing::HasSubstr("all of IPv4, or all of IPv6")));
+  EXPECT_THAT(
+      errors_of("name: D\nnetwork: {device: \"fd00::1\", tester: \"fd00::2\", multicast: \"ff15::1\"}\n"
+                "services:\n  - {id: 1, instance: 1, udp: 1}\n"),
+      testing::IsEmpty());
   EXPECT_FALSE(errors_of("").empty());
   EXPECT_FALSE(errors_of("name: [").empty());
 }
