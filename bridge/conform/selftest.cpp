@@ -69,7 +69,9 @@ FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::
   std::ranges::copy_if(cases, std::back_inserter(finders),
                        [&](const Case* one) { return may_find(*one, fault); });
   // Those first that have not shown yet that they can fail.
-  std::ranges::stable_partition(finders, [&](const Case* one) { return !known.has_failed(one); });
+  // Not that of std::ranges, whose result Clang 14 does not understand.
+  std::stable_partition(finders.begin(), finders.end(),
+                        [&](const Case* one) { return !known.has_failed(one); });
   RunOptions how{.folder = options.folder,
                  .programs = options.programs,
                  .fault = fault.name,
