@@ -192,11 +192,13 @@ std::optional<Begun> begin(const Arguments& arguments) {
   }
   fs::create_directories(arguments.folder);
   RunInfo info = info_of(arguments, *profile);
-  // From here on they wait until somebody asks, so that the device is stopped and results are written.
-  return Begun{.cases = std::move(cases),
-               .profile = std::move(*profile),
-               .info = std::move(info),
-               .signals = std::make_shared<cli::Signals>(std::initializer_list<int>{SIGINT, SIGTERM})};
+  // From here on they wait until somebody asks, so that the device is stopped and results are written. Where
+  // nobody reads what is printed, that fails with an error, and the device is stopped, too.
+  return Begun{
+      .cases = std::move(cases),
+      .profile = std::move(*profile),
+      .info = std::move(info),
+      .signals = std::make_shared<cli::Signals>(std::initializer_list<int>{SIGINT, SIGTERM, SIGPIPE})};
 }
 
 int run(const Arguments& arguments) {

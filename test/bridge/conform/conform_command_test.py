@@ -35,6 +35,11 @@ class Conform(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
+    def expect_no_device(self):
+        """Its port can be had again."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+            port.bind((ADDRESSES[1], 30501))
+
     def test_runs_cases_and_leaves_evidence(self):
         cases = ["sd.header.client-id", "sd.offer.ttl", "sd.subscribe.ack.ttl", "sd.subscribe.malformed.option-length-zero",
                  "rpc.response.comes", "rpc.npdu.two", "tcp.request", "ets.echo.utf8"]
@@ -64,9 +69,15 @@ class Conform(unittest.TestCase):
         self.assertEqual(results["seed"], 3)
         self.assertGreater(len(results["cases"]), 0)
         self.assertIn("--seed 3 ", results["cases"][0]["again"])
-        # The device is gone: its port can be had again.
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
-            port.bind((ADDRESSES[1], 30501))
+        self.expect_no_device()
+
+    def test_stops_the_device_when_nobody_reads(self):
+        run = subprocess.Popen([TRESTLE, "conform", "run", "sd.offer", "--dut", PROFILE, *ADDRESSES, "--out", self.folder],
+                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        run.stdout.readline()
+        run.stdout.close()
+        self.assertEqual(run.wait(timeout=60), 1)
+        self.expect_no_device()
 
     def test_takes_its_address_from_an_interface(self):
         text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
