@@ -139,8 +139,9 @@ struct Remote : SlotBase {
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
-// Instead of ServiceIds where there is no memory for it.
+/// Instead of ServiceIds where there is no memory for it: always empty.
 struct NoServiceIds {
+  /// None.
   constexpr explicit operator std::span<ServiceId>() const noexcept { return {}; }
 };
 /// The service of each place for a remote service, by its index, also of places that are not in use any more.
