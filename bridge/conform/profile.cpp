@@ -90,6 +90,9 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
     multicast.finish();
     group.multicast = endpoint;
   }
+  if (group.initial_values && group.events.empty()) {
+    problems.error(section.mark(), "eventgroup: expected the 'events' that have initial values");
+  }
   section.finish();
   return group;
 }

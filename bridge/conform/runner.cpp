@@ -26,6 +26,8 @@ struct Run {
   Tester tester{profile.tester, profile.multicast, profile.sd_port};
   Device device{profile, options.programs, options.folder + "/device.log", options.fault};
   SdSessions sessions{};
+  /// It has answered since it was started last.
+  bool has_answered = false;
 };
 
 /// Somebody wants the run to end.
@@ -130,6 +132,34 @@ void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResul
       << pcapng(run.tester.packets(), title);
 }
 
+void await_device(Run& run) {
+  const Watch watch{run};
+  Trial trial{run.profile, run.tester, run.device, run.sessions};
+  const Clock::time_point until = Clock::now() + run.profile.timing.ready_within;
+  while (!(run.has_answered = trial.is_there()) && Clock::now() < until) {
+  }
+  trial.clean_up();
+}
+
+/// A device that a case has killed is started anew, so that the next case has one. One that never answered
+/// would not do so then either.
+void revive(Run& run) {
+  const LifecycleProfile& commands = run.profile.lifecycle;
+  if (run.has_answered && !(commands.start.empty() && commands.restart.empty())) {
+    run.device.restart(true);
+    await_device(run);
+  }
+}
+
+/// Leaves a device that answers, where that can be.
+Attempt attempt_with_device(const Case& one, Run& run) {
+  Attempt outcome = attempt_at(one, run);
+  if (!outcome.alive_before || !outcome.alive_after) {
+    revive(run);
+  }
+  return outcome;
+}
+
 CaseResult run_one(const Case& one, Run& run) {
   CaseResult result{.what = &one};
   const Clock::time_point began = Clock::now();
@@ -137,27 +167,18 @@ CaseResult run_one(const Case& one, Run& run) {
     result.outcome = {.verdict = Verdict::unsupported, .reason = *why};
     return result;
   }
-  result.outcome = attempt_at(one, run);
+  result.outcome = attempt_with_device(one, run);
   for (result.attempts = 1; try_again(result.outcome, result.attempts); ++result.attempts) {
     // Whatever was in the way may be over by then.
     const Watch watch{run};
     run.tester.receive(result.attempts * pause_between_attempts, [] { return false; });
-    result.outcome = attempt_at(one, run);
+    result.outcome = attempt_with_device(one, run);
   }
   if (run.options.keep_evidence) {
     write_evidence(one, result.outcome, run, result);
   }
   result.took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began);
   return result;
-}
-
-void await_device(Run& run) {
-  const Watch watch{run};
-  Trial trial{run.profile, run.tester, run.device, run.sessions};
-  const Clock::time_point until = Clock::now() + run.profile.timing.ready_within;
-  while (!trial.is_there() && Clock::now() < until) {
-  }
-  trial.clean_up();
 }
 
 }  // namespace

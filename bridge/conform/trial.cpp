@@ -14,6 +14,8 @@ using someip::MessageType;
 using someip::ReturnCode;
 
 constexpr int tries = 3;
+/// Offers that come more seldom are not waited for.
+constexpr Duration longest_cycle = 5s;
 /// After a device has answered something later, an answer to something before may still be on its way for
 /// this long.
 constexpr Duration settling = 30ms;
@@ -177,7 +179,7 @@ sd::Entry Trial::find_entry(const ServiceProfile& service) {
 }
 
 SeenEntry Trial::offer(const ServiceProfile& service) {
-  if (const auto cycle = profile.timing.cyclic_offer_delay; cycle && *cycle <= 5s) {
+  if (const auto cycle = profile.timing.cyclic_offer_delay; cycle && *cycle <= longest_cycle) {
     const std::size_t since = now();
     if (auto seen = await_entry(since, 3 * *cycle + profile.timing.answer_within, is_offer(service))) {
       comment(seen->packet, "the offer");
@@ -531,14 +533,23 @@ bool Trial::answers_request() {
   return false;
 }
 
+bool Trial::offers_by_itself() {
+  const auto cycle = profile.timing.cyclic_offer_delay;
+  return cycle && *cycle > Duration{0} && *cycle <= longest_cycle &&
+         await_entry(now(), 3 * *cycle + profile.timing.answer_within, is_offer(profile.service()))
+             .has_value();
+}
+
 bool Trial::is_there() {
   finds_ = answers_find();
   requests_ = requests_ && answers_request();
-  return finds_ || requests_;
+  offers_only_ = !finds_ && !requests_ && offers_by_itself();
+  return finds_ || requests_ || offers_only_;
 }
 
 bool Trial::alive() {
-  return (!finds_ || answers_find()) && (!requests_ || answers_request());
+  return (!finds_ || answers_find()) && (!requests_ || answers_request()) &&
+         (!offers_only_ || offers_by_itself());
 }
 
 void Trial::close_ports() {

@@ -214,8 +214,9 @@ class Trial {
   /// The event, or the case ends.
   SeenMessage event(someip::MethodId event, std::size_t since);
 
-  /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one.
-  /// Each way in which it does is what alive() asks for from then on.
+  /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one, or,
+  /// where it does neither, it repeats its offers. Each way in which it does is what alive() asks for from
+  /// then on.
   bool is_there();
   bool alive();
   /// Ours, UDP and TCP: next time there are new ones.
@@ -243,9 +244,11 @@ class Trial {
   [[nodiscard]] bool is_sd(const Packet& packet) const;
   bool answers_find();
   bool answers_request();
+  bool offers_by_itself();
 
   bool finds_ = true;
   bool requests_;
+  bool offers_only_ = false;
   std::optional<PortId> udp_;
   std::optional<PortId> tcp_;
   std::uint16_t session_ = 0;

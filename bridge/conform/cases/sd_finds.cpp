@@ -133,18 +133,7 @@ void add_sd_find_cases(Cases& cases) {
        .tc8 = {"SOMEIP_ETS_130"},
        .run =
            [](Trial& t) {
-             const ServiceProfile& service = t.profile.service();
-             const std::size_t since = t.now();
-             t.send_sd({.entries = {Trial::find_entry(service)}, .flags = 0}, true,
-                       "FindService, unicast flag clear");
-             const bool soon =
-                 t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
-                    return Trial::is_offer(service)(one) &&
-                           (one.packet->to == t.tester.sd() || t.profile.policy.multicast_find_answers);
-                  }).has_value();
-             if (!soon) {
-               t.fail("no offer in answer to FindService");
-             }
+             t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service(), 0);
            }},
       {.id = "sd.find.legacy-multicast-answer",
        .title = "answers a Find with the unicast flag clear by multicast",

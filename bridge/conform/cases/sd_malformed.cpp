@@ -137,7 +137,7 @@ void add_sd_malformed_cases(Cases& cases) {
        {"feat_req_someipsd_44", "feat_req_someipsd_1163"},
        {"SOMEIP_ETS_134"},
        [](SdStimulus& s) {
-         s.length = 48;
+         s.length = 44;
          s.options_length = 8;
        }},
       {"length-short",

@@ -74,6 +74,9 @@ TEST(Profile, TellsWhereAMistakeIs) {
       errors_of("name: D\nnetwork: {device: \"fd00::1\", tester: \"fd00::2\", multicast: \"ff15::1\"}\n"
                 "services:\n  - {id: 1, instance: 1, udp: 1}\n"),
       testing::IsEmpty());
+  EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, "
+                        "instance: 1, udp: 1, eventgroups: [{id: 1, initial_values: true}]}\n"),
+              ElementsAre(testing::HasSubstr("'events' that have initial values")));
   EXPECT_FALSE(errors_of("").empty());
   EXPECT_FALSE(errors_of("name: [").empty());
 }

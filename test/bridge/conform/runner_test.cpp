@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <filesystem>
 #include <set>
 #include <thread>
 
@@ -26,16 +27,24 @@ IpAddress host(std::uint8_t last) {
                        static_cast<std::uint8_t>(process), last);
 }
 
+const IpAddress group = IpAddress::v4(239, 255, 77, 9);
+
 /// Answers everything with the same offer: as much as it takes to be there.
 class SmallDevice {
  public:
-  SmallDevice() : fd_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
+  enum class Way : std::uint8_t {
+    answers,
+    offers,  ///< answers nothing, but repeats its offer
+  };
+  explicit SmallDevice(Way way = Way::answers)
+      : way_{way}, fd_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
     sockaddr_in address{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
     const IpAddress own = host(1);
     std::memcpy(&address.sin_addr, own.bytes.data(), 4);
     EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     const timeval wait{.tv_sec = 0, .tv_usec = 20'000};
     ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+    ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &address.sin_addr, sizeof address.sin_addr);
     thread_ = std::thread{[this] { serve(); }};
   }
   ~SmallDevice() {
@@ -48,21 +57,45 @@ class SmallDevice {
 
   static constexpr std::uint16_t port = 30490;
 
+  /// Does nothing any more, until this file is there.
+  void die(std::string until) {
+    file_ = std::move(until);
+    dead_ = true;
+  }
+
  private:
-  void serve() const {
-    const Bytes offer = SdStimulus{.entries = {{.type = sd::EntryType::offer_service, .ttl_s = 3}}}.encode(
-        someip::SessionId{1}, true);
+  void serve() {
+    const Bytes offer = SdStimulus{
+        .entries = {
+            {.type = sd::EntryType::offer_service,
+             .service = someip::ServiceId{1},
+             .instance = someip::InstanceId{1},
+             .ttl_s = 3}}}.encode(someip::SessionId{1}, true);
+    sockaddr_in everybody{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
+    std::memcpy(&everybody.sin_addr, group.bytes.data(), 4);
     while (!ended_) {
       std::array<std::byte, 1500> room{};
       sockaddr_in from{};
       socklen_t size = sizeof from;
-      if (::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0) {
+      const bool asked =
+          ::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0;
+      if (dead_ && !std::filesystem::exists(file_)) {
+        continue;
+      }
+      dead_ = false;
+      if (way_ == Way::offers) {
+        ::sendto(fd_, offer.data(), offer.size(), 0, reinterpret_cast<const sockaddr*>(&everybody),
+                 sizeof everybody);
+      } else if (asked) {
         ::sendto(fd_, offer.data(), offer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
       }
     }
   }
 
+  Way way_;
   int fd_;
+  std::string file_;
+  std::atomic<bool> dead_ = false;
   std::atomic<bool> ended_ = false;
   std::thread thread_;
 };
@@ -71,8 +104,10 @@ Profile profile() {
   return {.name = "D",
           .device = host(1),
           .tester = host(2),
-          .multicast = IpAddress::v4(239, 255, 77, 9),
-          .services = {{.service = someip::ServiceId{1}, .udp_port = std::uint16_t{30501}}}};
+          .multicast = group,
+          .services = {{.service = someip::ServiceId{1},
+                        .instance = someip::InstanceId{1},
+                        .udp_port = std::uint16_t{30501}}}};
 }
 
 Case waiting(std::chrono::milliseconds budget) {
@@ -125,6 +160,37 @@ TEST(Runner, ReturnsWhatItHasWhenItIsCancelled) {
   ASSERT_EQ(result.cases.size(), 1U);
   EXPECT_EQ(result.cases[0].what, &quick);
   EXPECT_LT(result.took, 50s);
+}
+
+TEST(Runner, StartsADeviceAnewThatACaseHasKilled) {
+  SmallDevice device;
+  const std::string file = testing::TempDir() + "/revived." + std::to_string(getpid());
+  Case deadly = waiting(30s);
+  deadly.run = [&](Trial&) { device.die(file); };
+  Case harmless = waiting(30s);
+  harmless.run = [](Trial&) {};
+  Profile with = profile();
+  with.lifecycle.restart = "touch " + file;
+  const RunResult result = run_cases(with, {&deadly, &harmless}, options());
+  std::filesystem::remove(file);
+  ASSERT_EQ(result.cases.size(), 2U);
+  EXPECT_EQ(result.cases[0].outcome.verdict, Verdict::fail);
+  EXPECT_THAT(result.cases[0].outcome.reason, HasSubstr("does not answer any more after this"));
+  EXPECT_EQ(result.cases[1].outcome.verdict, Verdict::pass) << result.cases[1].outcome.reason;
+  EXPECT_EQ(result.cases[1].attempts, 1);
+}
+
+TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
+  const SmallDevice device{SmallDevice::Way::offers};
+  Case quick = waiting(30s);
+  quick.run = [](Trial& t) { t.pass(); };
+  Profile with = profile();
+  with.timing.cyclic_offer_delay = 20ms;
+  with.timing.answer_within = 300ms;
+  with.timing.ready_within = 100ms;
+  EXPECT_EQ(run_cases(with, {&quick}, options()).cases.at(0).outcome.verdict, Verdict::pass);
+  with.timing.cyclic_offer_delay.reset();
+  EXPECT_EQ(run_cases(with, {&quick}, options()).cases.at(0).outcome.verdict, Verdict::inconclusive);
 }
 
 TEST(Runner, DrawsTheSameNumbersForTheSameSeed) {
