@@ -70,9 +70,11 @@ class Watch {
   std::optional<Clock::time_point> until_{};
 };
 
-/// A device that has more time for its answers gets more time for the case, too.
+/// A device that has more time for its answers, or for its start, gets more time for the case, too.
 Duration budget_of(const Case& one, const Profile& profile) {
-  return one.budget * std::max<std::int64_t>(1, profile.timing.answer_within / std::chrono::seconds{1});
+  const bool starts = has(one.needs, Need::restart) || has(one.needs, Need::stop);
+  return one.budget * std::max<std::int64_t>(1, profile.timing.answer_within / std::chrono::seconds{1}) +
+         (starts ? 2 * profile.timing.ready_within : Duration{0});
 }
 
 Attempt outcome_of(const Case& one, Trial& trial, Watch& watch) {

@@ -10,11 +10,23 @@ using enum Level;
 
 /// How long a device may take to come to itself again after a burst: so many times the time for an answer.
 constexpr int recovery = 5;
+/// It has said everything when it said nothing for so long.
+constexpr Duration quiet = 200ms;
+constexpr Duration patience = 10s;
 
-/// That the device answers as before. What was lost in a burst is nobody's fault.
+/// That the device answers as before. What was lost in a burst is nobody's fault. What a slow device still
+/// says to it is waited for, as later it would look like the answer to something else.
 void recovers(Trial& t) {
   for (int count = 0; count < recovery; ++count) {
     if (t.alive()) {
+      const auto to_us = [&](const SeenEntry& seen) { return seen.packet->to == t.tester.sd(); };
+      std::optional<WallTime> began;
+      while (const auto seen = t.await_entry(t.now(), quiet, to_us)) {
+        began = began.value_or(seen->packet->time);
+        if (seen->packet->time - *began > patience) {
+          break;
+        }
+      }
       return;
     }
   }

@@ -442,6 +442,7 @@ void add_sd_subscribe_cases(Cases& cases) {
       // Its end.
       {.id = "sd.subscription.stop-is-silent",
        .title = "does not answer a StopSubscribe",
+       .level = tc8,
        .requirements = {"feat_req_someipsd_332", "feat_req_someipsd_1297"},
        .tc8 = {"SOMEIP_ETS_092"},
        .needs = group,

@@ -5,7 +5,7 @@ after the other, with results in OUT/STACK. Under in_namespaces, from the folder
   build/release/test/interop/in_namespaces python3 test/interop/conform/run_stacks.py build/release/bridge/trestle OUT
 
 The stacks are those of build/peers (`./run setup --peers`; opensomeip only after `build/peers/bin/pip install
-opensomeip==0.2.0`). Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in
+opensomeip==0.2.0`), and with TRESTLE_FIRMWARE=FILE that of examples/cortex_m, in QEMU at a tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in
 docs/stacks.md."""
 import json
 import os
@@ -16,6 +16,8 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 STACKS = {"pysomeip": "someip", "someipy": "someipy", "someipy_events": "someipy", "opensomeip": "opensomeip",
           "scapy": "scapy"}
+BOARD = "cortex_m"
+FIRMWARE = os.environ.get("TRESTLE_FIRMWARE")
 
 arguments, rest = sys.argv[1:], []
 if "--" in arguments:
@@ -24,9 +26,26 @@ if "--" in arguments:
 trestle, out, *chosen = arguments
 os.environ.setdefault("TRESTLE_PEERS", os.path.abspath("build/peers"))
 python = os.environ["TRESTLE_PEERS"] + "/bin/python"
+
+
+def switch_on(folder):
+    """Connects the board to this namespace. Its profile can only switch it off and on again."""
+    for command in ("tuntap add tap0 mode tap", "link set tap0 up", "addr add 10.78.0.1/24 dev tap0",
+                    "route replace 224.0.0.0/4 dev tap0"):
+        subprocess.run(["ip", *command.split()], check=True)
+    os.environ["TRESTLE_BOARD"] = os.path.join(folder, "qemu.pid")
+    subprocess.run(["sh", "-c", "qemu-system-arm $TRESTLE_QEMU"], check=True)
+
+
+os.environ["TRESTLE_QEMU"] = ("-M mps2-an385 -display none -semihosting-config enable=on,target=native -daemonize "
+                              "-nic tap,ifname=tap0,script=no,downscript=no,model=lan9118 "
+                              f"-kernel {FIRMWARE} -pidfile {os.path.abspath(out)}/{BOARD}/qemu.pid")
 status = 0
-for stack in chosen or STACKS:
-    if subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode != 0:
+for stack in chosen or [*STACKS, *([BOARD] if FIRMWARE else [])]:
+    if stack == BOARD:
+        os.makedirs(os.path.join(out, BOARD), exist_ok=True)
+        switch_on(os.path.abspath(os.path.join(out, BOARD)))
+    elif subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode != 0:
         print(f"skipped: {STACKS[stack]} is not in {os.environ['TRESTLE_PEERS']}")
         continue
     folder = os.path.join(out, stack)
@@ -35,4 +54,6 @@ for stack in chosen or STACKS:
     with open(os.path.join(folder, "results.json")) as file:
         if json.load(file)["verdicts"]["error"]:
             status = 1
+    if stack == BOARD:
+        subprocess.run(["sh", "-c", "kill $(cat $TRESTLE_BOARD)"])
 sys.exit(status)
