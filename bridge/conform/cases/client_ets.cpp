@@ -32,8 +32,8 @@ class Activated {
   Trial& t_;
 };
 
-constexpr std::uint16_t activate = 0x2f;
-constexpr std::uint16_t subscribe = 0x32;
+constexpr std::uint16_t client_activate = 0x2f;
+constexpr std::uint16_t client_subscribe = 0x32;
 
 std::size_t wanted_groups(const UsedService& used, bool with_tcp) {
   return 1U + (used.multicast ? 1U : 0U) + (used.tcp && with_tcp ? 1U : 0U);
@@ -126,7 +126,7 @@ void add_ets_client_cases(Cases& cases) {
            [](Trial& t) {
              const OurService ours{t, used_service(t, true)};
              const std::size_t since = t.now();
-             const Activated activated{t, activate};
+             const Activated activated{t, client_activate};
              if (!t.await_entry(since, 2 * t.profile.timing.answer_within, ours.is_find())) {
                t.fail("no FindService for the service");
              }
@@ -141,7 +141,7 @@ void add_ets_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              const OurService ours{t, used_service(t, true)};
-             const Activated activated{t, activate};
+             const Activated activated{t, client_activate};
              const Duration phase =
                  *t.profile.timing.repetitions_base_delay * (1U << *t.profile.timing.repetitions_max);
              t.tester.receive(t.profile.timing.initial_delay_max.value_or(1s) + 2 * phase + 200ms,
@@ -159,7 +159,7 @@ void add_ets_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, true)};
-             const Activated activated{t, activate};
+             const Activated activated{t, client_activate};
              ours.offer();
              t.pass();
              ours.withdraw();
@@ -177,7 +177,7 @@ void add_ets_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, true)};
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              ours.answer(ours.subscribed());
            }},
       {.id = "client.ets.stops",
@@ -191,7 +191,7 @@ void add_ets_client_cases(Cases& cases) {
              OurService ours{t, used_service(t, true)};
              std::size_t since = 0;
              {
-               const Activated activated{t, subscribe};
+               const Activated activated{t, client_subscribe};
                subscribed_all(t, ours, false);
                since = t.now();
              }
@@ -213,7 +213,7 @@ void add_ets_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, true)};
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              subscribed_all(t, ours, false);
              const Endpoint to = receiver(t, ours);
              for (const std::uint8_t value : {std::uint8_t{0x35}, std::uint8_t{0x53}}) {
@@ -237,7 +237,7 @@ void add_ets_client_cases(Cases& cases) {
                                   return one.multicast.has_value();
                                 }).multicast;
              group.port = static_cast<std::uint16_t>(group.port + 100);
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              subscribed_all(t, ours, false, group);
              for (const std::uint8_t value : {std::uint8_t{0x36}, std::uint8_t{0x63}}) {
                ours.notify(ours.used().multicast->event, value, group);
@@ -254,7 +254,7 @@ void add_ets_client_cases(Cases& cases) {
            [](Trial& t) {
              need_tcp(t);
              OurService ours{t, used_service(t, true), true};
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              const SeenEntry seen = ours.subscribed(ours.used().tcp->id);
              t.require(!t.tester.accepted(ours.listening()).empty(), "TCP connections before the Subscribe",
                        "1", "0", seen.packet);
@@ -276,7 +276,7 @@ void add_ets_client_cases(Cases& cases) {
            [](Trial& t) {
              need_tcp(t);
              const UsedService& used = used_service(t, true);
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              {
                // A port that nobody listens at any more.
                OurService refusing{t, used, true};
@@ -298,7 +298,7 @@ void add_ets_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, true)};
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              subscribed_all(t, ours, false);
              ours.reboot();
              ours.move();
@@ -317,7 +317,7 @@ void add_ets_client_cases(Cases& cases) {
            [](Trial& t) {
              need_tcp(t);
              OurService ours{t, used_service(t, true), true};
-             const Activated activated{t, subscribe};
+             const Activated activated{t, client_subscribe};
              ours.answer(ours.subscribed(ours.used().tcp->id));
              connection(t, ours, 1);
              t.pass();
