@@ -527,6 +527,15 @@ class Comparison {
     differs("byte-order", element, word(old.byte_order), word(now.byte_order), old_place, new_place);
     differs("alignment", element, fmt::to_string(old.alignment), fmt::to_string(now.alignment), old_place,
             new_place);
+    if (has_tagged_lengths(before_, old) && has_tagged_lengths(after_, now)) {
+      const auto tagged_length = [](const Payload& payload) {
+        return payload.smallest_tagged_length
+                   ? std::string{"length fields before tagged members as small as possible"}
+                   : fmt::format("length fields before tagged members {} bits",
+                                 8 * bytes(payload.tagged_length));
+      };
+      differs("layout", element, tagged_length(old), tagged_length(now), old_place, new_place);
+    }
     values(element, old.values, now.values, false, old_place, new_place);
   }
 

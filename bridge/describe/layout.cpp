@@ -725,20 +725,8 @@ void LayoutWalker::choice(const Type& type, const Wire& wire, const std::string&
   }
 }
 
-}  // namespace
-
-Payload response_of(const Model& model, const Method& method) {
-  Payload response = method.response;
-  if (static_cast<std::size_t>(method.error) < model.types.size()) {
-    response.values.insert(
-        response.values.begin(),
-        {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
-  }
-  return response;
-}
-
-bool has_length_fields(const Model& model, const Payload& payload) {
-  const auto has_order = [](someip::FieldWidth width) { return someip::bytes(width) > 1; };
+/// Whether `is_meant` is true of a value in the payload, and the type behind its aliases.
+bool any_value(const Model& model, const Payload& payload, const auto& is_meant) {
   std::vector<const Value*> open;
   for (const Value& value : payload.values) {
     open.push_back(&value);
@@ -748,9 +736,7 @@ bool has_length_fields(const Model& model, const Payload& payload) {
     const Value& value = *open.back();
     open.pop_back();
     const Type& type = resolved(model, value.type);
-    const bool is_tagged = value.tag && (has_order(payload.tagged_length) || payload.smallest_tagged_length);
-    if (is_tagged || (type.kind != Kind::primitive && has_order(value.wire.length)) ||
-        (type.kind == Kind::choice && has_order(value.wire.selector))) {
+    if (is_meant(value, type)) {
       return true;
     }
     const Type* part = &type;
@@ -771,6 +757,33 @@ bool has_length_fields(const Model& model, const Payload& payload) {
     }
   }
   return false;
+}
+
+}  // namespace
+
+Payload response_of(const Model& model, const Method& method) {
+  Payload response = method.response;
+  if (static_cast<std::size_t>(method.error) < model.types.size()) {
+    response.values.insert(
+        response.values.begin(),
+        {.name = "error", .type = method.error, .wire = resolved(model, method.error).wire});
+  }
+  return response;
+}
+
+bool has_length_fields(const Model& model, const Payload& payload) {
+  const auto has_order = [](someip::FieldWidth width) { return someip::bytes(width) > 1; };
+  return any_value(model, payload, [&](const Value& value, const Type& type) {
+    const bool is_tagged = value.tag && (has_order(payload.tagged_length) || payload.smallest_tagged_length);
+    return is_tagged || (type.kind != Kind::primitive && has_order(value.wire.length)) ||
+           (type.kind == Kind::choice && has_order(value.wire.selector));
+  });
+}
+
+bool has_tagged_lengths(const Model& model, const Payload& payload) {
+  return any_value(model, payload, [](const Value& value, const Type& type) {
+    return value.tag && type.kind != Kind::primitive && type.kind != Kind::enumeration;
+  });
 }
 
 Layout layout(const Model& model, const Payload& payload) {

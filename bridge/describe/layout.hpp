@@ -50,6 +50,9 @@ inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 /// Whether there is a length field or selector in it that has a byte order: one of at least two bytes.
 [[nodiscard]] bool has_length_fields(const Model& model, const Payload& payload);
 
+/// Whether there is a tagged member in it with a length field, which is not a number.
+[[nodiscard]] bool has_tagged_lengths(const Model& model, const Payload& payload);
+
 /// How a payload is laid out: as a table of what may be there. Ends at the limits above; an error tells
 /// which.
 [[nodiscard]] Layout layout(const Model& model, const Payload& payload);

@@ -204,6 +204,24 @@ TEST(Compare, LooksAtTheLengthFieldOfTheUse) {
   EXPECT_THAT(ids(compare(old, longer)), ElementsAre("value-appended-behind-length", "value-appended"));
 }
 
+TEST(Compare, LooksAtTheLengthFieldsBeforeTaggedMembers) {
+  const auto with = [](someip::FieldWidth width, TypeIndex type) {
+    Model model = door();
+    model.at(extras).members[0].type = type;
+    service(model).methods.front().request.tagged_length = width;
+    return model;
+  };
+  const std::vector<Change> changes =
+      compare(with(someip::FieldWidth::bits32, text), with(someip::FieldWidth::bits16, text));
+  ASSERT_THAT(ids(changes), ElementsAre("layout"));
+  EXPECT_EQ(changes[0].element, "Door.open.request");
+  EXPECT_EQ(changes[0].before, "length fields before tagged members 32 bits");
+  EXPECT_EQ(changes[0].after, "length fields before tagged members 16 bits");
+  // Numbers have none.
+  EXPECT_THAT(compare(with(someip::FieldWidth::bits32, number), with(someip::FieldWidth::bits16, number)),
+              IsEmpty());
+}
+
 TEST(Compare, TakesTypesThatAreNone) {
   Model old = door();
   old.at(list).element.type = no_type;

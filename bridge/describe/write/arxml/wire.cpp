@@ -8,6 +8,7 @@ namespace trestle::describe::arxml_writer {
 namespace {
 
 constexpr int max_depth = 64;
+constexpr std::uint8_t usual_length = 4;  ///< bytes of a length field that no rule tells
 
 [[nodiscard]] std::uint8_t bytes_of(someip::FieldWidth width) noexcept {
   return static_cast<std::uint8_t>(someip::bytes(width));
@@ -28,6 +29,8 @@ void Writer::need(const Value& value, Needs& needs, std::vector<Prototype>& way,
   }
   special_count_ += way.size();
   special.way = way;
+  special.met.clear();
+  special.arrays.clear();
   needs.special.push_back(std::move(special));
 }
 
@@ -39,6 +42,15 @@ void Writer::lost_inside(Needs& needs, const std::string& element, std::string w
   }
   ++special_count_;
   lost(element, std::move(what), place);
+}
+
+void Writer::need_tag(const Value& value, Needs& needs) const {
+  if (value.tag) {
+    needs.has_tags = true;
+    const Kind kind = resolved(model_, value.type).kind;
+    needs.has_tagged_lengths =
+        needs.has_tagged_lengths || (kind != Kind::primitive && kind != Kind::enumeration);
+  }
 }
 
 /// What is inside a structure or choice.
@@ -62,7 +74,7 @@ void Writer::need_members(const Value& value, const Type& type, Needs& needs, st
     const auto name = members_.find({holder, member.name});
     way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),
                    "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"});
-    needs.has_tags = needs.has_tags || member.tag.has_value();
+    need_tag(member, needs);
     need(member, needs, way, depth + 1);
     way.pop_back();
   }
@@ -90,19 +102,17 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
       if (wanted != unsaid) {
         base = wanted;
       }
-    } else if (base.value_or(unsaid) != wanted) {
-      if (own_rule && *own_rule != wanted) {
-        lost_inside(needs, where, std::string{"that elements in it have another rule of their own: "} + key,
-                    value.place);
-      }
-      own_rule = wanted;
-    } else if (own_rule && *own_rule != wanted) {
+    } else if (own_rule ? *own_rule != wanted
+                        : base.value_or(unsaid) != wanted && special.met.contains(key)) {
+      // A rule of its own holds for all that is in the element, also for what was met before.
       lost_inside(needs, where, std::string{"that elements in it have another rule of their own: "} + key,
                   value.place);
+    } else if (base.value_or(unsaid) != wanted) {
+      own_rule = wanted;
     }
+    special.met.insert(key);
   };
   const std::uint8_t length = bytes_of(value.wire.length);
-  constexpr std::uint8_t usual = 4;
   constexpr std::uint8_t no_field = 0;
   if (value.wire.bits != 0) {
     lost_inside(needs, where, "its " + std::to_string(value.wire.bits) + " bits", value.place);
@@ -113,7 +123,7 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
   const auto inner_members = [&] { need_members(value, type, needs, way, depth); };
   switch (type.kind) {
     case Kind::string:
-      choose("string length", needs.base.string, special.rules.string, length, usual);
+      choose("string length", needs.base.string, special.rules.string, length, usual_length);
       if (value.wire.bom != value.wire.terminator) {
         lost_inside(needs, where, "that its strings have only one of BOM and terminator", value.place);
       }
@@ -122,28 +132,28 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
       choose("legacy strings", needs.base.legacy, special.rules.legacy, !value.wire.bom, false);
       break;
     case Kind::bytes:
-      choose(type.fixed_size ? "fixed array length" : "array length", needs.base.array, special.rules.array,
-             length, type.fixed_size ? no_field : usual);
-      break;
     case Kind::array:
     case Kind::map: {
-      // One property for both: without it, arrays of fixed size have no length field, and others have 4
-      // bytes.
-      const std::uint8_t unsaid = type.fixed_size ? no_field : usual;
-      if (needs.base.array.value_or(unsaid) != length) {
-        if (!needs.decided["array length"] && special.rules.array.value_or(length) == length) {
-          needs.base.array = length;
-        } else {
-          if (special.rules.array && *special.rules.array != length) {
-            lost_inside(needs, where, "that arrays in it have another length field", value.place);
-          }
-          special.rules.array = length;
-        }
-      } else if (special.rules.array && *special.rules.array != length) {
-        lost_inside(needs, where, "that arrays in it have another length field", value.place);
-      }
+      // One property for all: without it, those of fixed size have no length field, and others have 4 bytes.
+      const std::uint8_t unsaid = type.fixed_size ? no_field : usual_length;
+      std::optional<std::uint8_t>& own_rule = special.rules.array;
       if (!std::exchange(needs.decided["array length"], true)) {
         needs.plain.clear();
+        if (length != unsaid) {
+          needs.base.array = length;
+        }
+      }
+      const bool is_other = needs.base.array.value_or(unsaid) != length;
+      const bool others_differ = std::ranges::any_of(special.arrays, [&](auto one) { return one != length; });
+      if (own_rule ? *own_rule != length : is_other && others_differ) {
+        // A rule of its own holds for all that is in the element, also for what was met before.
+        lost_inside(needs, where, "that arrays in it have another length field", value.place);
+      } else if (is_other) {
+        own_rule = length;
+      }
+      special.arrays.insert(length);
+      if (type.kind == Kind::bytes) {
+        break;
       }
       if (type.kind == Kind::map) {
         need_inside(type.key, needs, way, special, depth + 1);
@@ -156,9 +166,9 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
       inner_members();
       break;
     case Kind::choice:
-      choose("union length", needs.base.choice, special.rules.choice, length, usual);
+      choose("union length", needs.base.choice, special.rules.choice, length, usual_length);
       choose("type selector", needs.base.selector, special.rules.selector, bytes_of(value.wire.selector),
-             usual);
+             usual_length);
       if (!value.wire.length_first) {
         lost_inside(needs, where, "that the selector of its union is before the length", value.place);
       }
@@ -280,7 +290,7 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
       way.push_back(*root_);
     }
     way.push_back(prototype);
-    needs.has_tags = needs.has_tags || value->tag.has_value();
+    need_tag(*value, needs);
     need(*value, needs, way, 0);
   }
   if (needs.cut != nullptr) {
@@ -288,10 +298,16 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
   }
   const std::string package = std::string{own} + "/Wire";
   const std::string base_name = service.name + "_" + element;
-  if (needs.has_tags) {
-    // The width before tagged members is the first that the reader finds.
-    const auto bytes = bytes_of(payload.tagged_length);
-    if (!needs.base.structure && bytes != 4 && !payload.smallest_tagged_length) {
+  if (needs.has_tagged_lengths && !payload.smallest_tagged_length) {
+    // The width before tagged members is the first that readers find.
+    std::uint8_t found = usual_length;
+    for (const auto& width : {needs.base.structure, needs.base.array, needs.base.string, needs.base.choice}) {
+      if (width && *width != 0) {
+        found = *width;
+        break;
+      }
+    }
+    if (found != bytes_of(payload.tagged_length)) {
       lost(base_name, "the width of length fields before tagged members", service.place);
     }
   }

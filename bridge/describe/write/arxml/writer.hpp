@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/describe/write/arxml/write_arxml.hpp"
@@ -68,6 +69,10 @@ class Writer {
   struct Special {
     std::vector<Prototype> way{};  ///< from the payload's own value to the one meant
     Rules rules{};
+    /// Of what is in it, without members of structures and choices, which have rules of their own: which keys
+    /// have been met, and which length fields its arrays have.
+    std::set<std::string_view> met{};
+    std::set<std::uint8_t> arrays{};
   };
   /// What a payload needs.
   struct Needs {
@@ -75,6 +80,7 @@ class Writer {
     std::map<std::string, bool> decided{};
     std::vector<Special> special{};
     bool has_tags = false;
+    bool has_tagged_lengths = false;  ///< of them, some have length fields
     /// Structures and choices in which nothing needs rules of its own, as far as rules are decided: they need
     /// not be looked at again, however often they are used.
     std::set<const Type*> plain{};
@@ -107,6 +113,7 @@ class Writer {
   void need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
                    int depth);
   void lost_inside(Needs& needs, const std::string& element, std::string what, Place place);
+  void need_tag(const Value& value, Needs& needs) const;
   void need_members(const Value& value, const Type& type, Needs& needs, std::vector<Prototype>& way,
                     int depth);
   void write_wire(const Service& service, const std::string& service_path, const std::string& element,

@@ -25,6 +25,11 @@ bool is_basic(const Type& type) {
   return type.kind == Kind::primitive || type.kind == Kind::string || type.kind == Kind::bytes;
 }
 
+/// Has a fixed size and a length field all the same: there is no key for that.
+bool is_counted(const Type& type, const Wire& wire) {
+  return type.fixed_size && wire.length != someip::FieldWidth::none;
+}
+
 template <typename Number>
 void set(Block& block, const char* key, Number now, Number before) {
   if (now != before) {
@@ -91,11 +96,26 @@ void Deployment::kept(Block& block, const Notes& notes, std::initializer_list<co
 }
 
 void Deployment::array(Block& block, const Type& now, const Wire& wire, const Type& before,
-                       const Wire& wire_before) {
+                       const Wire& wire_before, const std::string& owner) {
   set_width(block, "SomeIpArrayLengthWidth", wire.length, wire_before.length);
   const auto least = [](const Type& type) { return type.fixed_size ? 0U : type.min_size; };
   set(block, "SomeIpArrayMinLength", least(now), least(before));
   set(block, "SomeIpArrayMaxLength", now.max_size, before.max_size);
+  if (is_counted(now, wire) && !is_counted(before, wire_before)) {
+    lose(owner, "the fixed size of an array with a length field", now.place);
+  }
+}
+
+void Deployment::elements(Block& block, const Value& now, const Value* before, User user,
+                          const std::string& owner) {
+  Block inner;
+  use(inner, now, before, user, owner);
+  // "#" would be said of the outer array.
+  if (std::erase_if(inner.children, [](const Block& child) { return child.head == "#"; }) > 0) {
+    lose(owner, "rules of arrays in an array that hold for this use alone", now.place);
+  }
+  std::ranges::move(inner.settings, std::back_inserter(block.settings));
+  std::ranges::move(inner.children, std::back_inserter(block.children));
 }
 
 void Deployment::basic(Block& block, const Value& now, const Value* before, const std::string& owner) {
@@ -119,6 +139,9 @@ void Deployment::basic(Block& block, const Value& now, const Value* before, cons
     set_width(block, "SomeIpByteBufferLengthWidth", now.wire.length, wire_before.length);
     set(block, "SomeIpByteBufferMinLength", least(type), least(old));
     set(block, "SomeIpByteBufferMaxLength", type.max_size, old.max_size);
+    if (is_counted(type, now.wire) && !is_counted(old, wire_before)) {
+      lose(owner, "the fixed size of a byte buffer with a length field", now.place);
+    }
   } else {
     set(block, "SomeIpIntegerBitWidth", static_cast<unsigned>(now.wire.bits),
         static_cast<unsigned>(wire_before.bits));
@@ -154,8 +177,8 @@ void Deployment::use(Block& block, const Value& now, const Value* before, User u
     const bool has_before = before != nullptr && model_.at(before->type).kind == Kind::array;
     const Type plain{.kind = Kind::array};
     array(block, type, now.wire, has_before ? model_.at(before->type) : plain,
-          has_before ? before->wire : default_wire(Kind::array));
-    use(block, type.element, has_before ? &model_.at(before->type).element : nullptr, user, owner);
+          has_before ? before->wire : default_wire(Kind::array), owner);
+    elements(block, type.element, has_before ? &model_.at(before->type).element : nullptr, user, owner);
   } else if (is_basic(resolved(model_, now.type))) {
     basic(block, now, before, owner);
   } else {
@@ -222,10 +245,10 @@ void Deployment::named(Block& block, const Value& now, const Value* before, User
       break;
     case Kind::array:
       overwrite.head = "#";
-      array(overwrite, type, now.wire, old, wire_before);
+      array(overwrite, type, now.wire, old, wire_before, owner);
       if (type.element.type != old.element.type || type.element.wire != old.element.wire) {
         Block inner;
-        use(inner, type.element, &old.element, user, owner);
+        elements(inner, type.element, &old.element, user, owner);
         if (overwrite.is_empty() && inner.children.size() == 1 && inner.settings.empty()) {
           overwrite = std::move(inner.children.front());
         } else if (!inner.is_empty()) {
@@ -280,9 +303,9 @@ Block Deployment::type(TypeIndex index) {
   switch (type.kind) {
     case Kind::array:
       head("array");
-      array(block, type, type.wire, {.kind = Kind::array}, default_wire(Kind::array));
+      array(block, type, type.wire, {.kind = Kind::array}, default_wire(Kind::array), owner);
       if (!is_basic(resolved(model_, type.element.type))) {
-        use(block, type.element, nullptr, User::field, owner);
+        elements(block, type.element, nullptr, User::field, owner);
       } else {
         Block inner;
         basic(inner, type.element, nullptr, owner);

@@ -51,7 +51,10 @@ class Deployment {
   /// What a use says besides its type. `before`: as which it is known without that; null: as the type is
   /// declared.
   void use(Block& block, const Value& now, const Value* before, User user, const std::string& owner);
-  void array(Block& block, const Type& now, const Wire& wire, const Type& before, const Wire& wire_before);
+  void array(Block& block, const Type& now, const Wire& wire, const Type& before, const Wire& wire_before,
+             const std::string& owner);
+  /// What an array's elements need besides their type.
+  void elements(Block& block, const Value& now, const Value* before, User user, const std::string& owner);
   void basic(Block& block, const Value& now, const Value* before, const std::string& owner);
   void named(Block& block, const Value& now, const Value* before, User user, const std::string& owner);
   void rules(Block& block, const Payload& payload, const char* stem, const std::string& owner);

@@ -362,6 +362,79 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
                                     Field(&NotCarried::what, "that its id has no bit 15: readers set it"))));
 }
 
+/// Rules hold for an element with all its arrays: what two of them need differently is never written without
+/// a word.
+TEST(WriteArxml, ListsLengthFieldsThatDifferInOneElement) {
+  using someip::FieldWidth;
+  const Wire one = length(FieldWidth::bits8);
+  const Wire four = length(FieldWidth::bits32);
+  const auto lost_with = [](Model model, const std::vector<Value>& values) {
+    const ArxmlFile file = write_arxml(with_events(std::move(model), values));
+    EXPECT_EQ(problems_of(read_texts({file.text})), "");
+    return lines_of(file.not_carried);
+  };
+  const std::string arrays = "that arrays in it have another length field";
+  Model model;
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = messages::Primitive::uint16});
+  const TypeIndex bytes = model.add({.kind = Kind::bytes, .wire = four});
+  const TypeIndex of_bytes = model.add({.kind = Kind::array, .wire = one, .element = value("", bytes, four)});
+  EXPECT_THAT(lost_with(model, {value("e0", of_bytes, one)}), Contains(HasSubstr(arrays)));
+  EXPECT_THAT(lost_with(model, {value("e0", of_bytes, four)}), IsEmpty());
+  const TypeIndex inner = model.add({.kind = Kind::array, .wire = four, .element = value("", u16)});
+  const TypeIndex outer = model.add({.kind = Kind::array, .wire = one, .element = value("", inner, four)});
+  EXPECT_THAT(lost_with(model, {value("e0", outer, one)}), Contains(HasSubstr(arrays)));
+  // None before the outer one, which no property tells, and two bytes before the others.
+  const TypeIndex two = model.add({.kind = Kind::array,
+                                   .element = value("", inner, length(FieldWidth::bits16)),
+                                   .min_size = 2,
+                                   .max_size = 2,
+                                   .fixed_size = true});
+  EXPECT_THAT(lost_with(model, {value("e0", two)}), Contains(HasSubstr(arrays)));
+  // Byte buffers and arrays share a property also where one has a fixed size.
+  const TypeIndex three = model.add({.kind = Kind::bytes, .min_size = 3, .max_size = 3, .fixed_size = true});
+  const TypeIndex pair = model.add({.kind = Kind::structure,
+                                    .name = "Pair",
+                                    .scope = "/car/Types",
+                                    .members = {value("a", inner, one), value("b", three)}});
+  Model pairs = with_events(model, {value("e0", pair)});
+  const ArxmlFile file = write_arxml(pairs);
+  EXPECT_THAT(lines_of(file.not_carried), Not(Contains(HasSubstr(arrays))));
+  const Model again = read_texts({file.text}).model;
+  const Type& read_pair = again.at(again.services.at(0).events.at(0).payload.values.at(0).type);
+  EXPECT_EQ(read_pair.members.at(0).wire.length, FieldWidth::bits8);
+  EXPECT_EQ(read_pair.members.at(1).wire.length, FieldWidth::none);
+  // Strings of keys and of values.
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = four});
+  const TypeIndex map = model.add({.kind = Kind::map,
+                                   .name = "Map",
+                                   .scope = "/car/Types",
+                                   .wire = four,
+                                   .element = value("", text, four),
+                                   .key = value("", text, one)});
+  EXPECT_THAT(lost_with(model, {value("e0", map, four)}), Contains(HasSubstr("string length")));
+}
+
+TEST(WriteArxml, ListsAWidthBeforeTaggedMembersThatIsNotTheFirst) {
+  using someip::FieldWidth;
+  Model model;
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = messages::Primitive::uint16});
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = default_wire(Kind::string)});
+  Type all{.kind = Kind::structure, .name = "All", .scope = "/car/Types"};
+  all.members = {value("a", u16), value("s", text, default_wire(Kind::string))};
+  all.members[0].tag = someip::DataId{1};
+  all.members[1].tag = someip::DataId{2};
+  const Value use = value("e0", model.add(all), length(FieldWidth::bits16));
+  for (const FieldWidth width : {FieldWidth::bits32, FieldWidth::bits16}) {
+    Model tagged = with_events(model, {use});
+    tagged.services[0].events[0].payload.tagged_length = width;
+    const ArxmlFile file = write_arxml(tagged);
+    const Model again = read_texts({file.text}).model;
+    const bool is_carried = again.services.at(0).events.at(0).payload.tagged_length == width;
+    EXPECT_EQ(is_carried, width == FieldWidth::bits16);
+    EXPECT_EQ(file.not_carried.empty(), is_carried) << testing::PrintToString(lines_of(file.not_carried));
+  }
+}
+
 TEST(WriteArxml, DeploysEachOfSeveralOverloads) {
   Model model;
   const TypeIndex u8 = model.add({.kind = Kind::primitive});

@@ -354,6 +354,86 @@ TEST(WriteFidl, TellsWhatItCannotCarry) {
   EXPECT_TRUE(read_back(written).ok());
 }
 
+/// A service whose event has one value.
+Model with_value(Model model, const Value& value) {
+  Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{5}};
+  service.events.push_back({.name = "moved", .id = someip::MethodId{0x8001}, .payload = {.values = {value}}});
+  model.services = {service};
+  return model;
+}
+
+Wire wire_of(Kind kind, someip::FieldWidth width) {
+  Wire wire = default_wire(kind);
+  wire.length = width;
+  return wire;
+}
+
+/// "#" is said of the outermost array alone.
+TEST(WriteFidl, TellsOfRulesOfArraysInArrays) {
+  const Wire two = wire_of(Kind::array, someip::FieldWidth::bits16);
+  const Wire four = default_wire(Kind::array);
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  const TypeIndex row =
+      model.add({.kind = Kind::array, .name = "Row", .scope = "car", .wire = two, .element = {.type = u8}});
+  const auto rows = [&](const std::string& name, const Wire& inner) {
+    return model.add({.kind = Kind::array,
+                      .name = name,
+                      .scope = name.empty() ? "" : "car",
+                      .wire = two,
+                      .element = {.type = row, .wire = inner}});
+  };
+  const TypeIndex named = rows("Rows", four);
+  const TypeIndex other = rows("Others", two);
+  const TypeIndex unnamed = rows("", four);
+  Type variant = model.at(other);
+  variant.element.wire = four;
+  variant.variant_of = other;
+  const TypeIndex changed = model.add(variant);
+  const auto lost_of = [&](TypeIndex type) {
+    const Written written = write_fidl(with_value(model, {.name = "rows", .type = type, .wire = two}));
+    const Reading again = read_back(written);
+    EXPECT_TRUE(again.ok()) << all_problems(again) << all_text(written);
+    // The outer array keeps its rule.
+    EXPECT_EQ(again.model.services.at(0).events.at(0).payload.values.at(0).wire, two) << all_text(written);
+    return lost(written);
+  };
+  const std::string inner = "rules of arrays in an array that hold for this use alone";
+  EXPECT_THAT(lost_of(named), Contains("car.Rows: " + inner));
+  EXPECT_THAT(lost_of(unnamed), Contains("car.Door.moved.rows: " + inner));
+  EXPECT_THAT(lost_of(changed), Contains("car.Door.moved.rows: " + inner));
+  model.at(named).element.wire = two;
+  EXPECT_THAT(lost_of(other), Not(Contains(HasSubstr(inner))));
+}
+
+TEST(WriteFidl, TellsOfFixedSizesBehindALengthField) {
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  const Wire array = default_wire(Kind::array);
+  const Wire none = wire_of(Kind::array, someip::FieldWidth::none);
+  const Type nine{
+      .kind = Kind::array, .element = {.type = u8}, .min_size = 9, .max_size = 9, .fixed_size = true};
+  const TypeIndex numbers = model.add(nine);
+  Type named = nine;
+  named.name = "Nine";
+  named.scope = "car";
+  named.wire = array;
+  const TypeIndex declared = model.add(named);
+  const TypeIndex raw = model.add({.kind = Kind::bytes, .min_size = 9, .max_size = 9, .fixed_size = true});
+  const auto lost_of = [&](TypeIndex type, const Wire& wire) {
+    return lost(write_fidl(with_value(model, {.name = "nine", .type = type, .wire = wire})));
+  };
+  EXPECT_THAT(lost_of(numbers, array),
+              Contains("car.Door.moved.nine: the fixed size of an array with a length field"));
+  EXPECT_THAT(lost_of(declared, array), Contains("car.Nine: the fixed size of an array with a length field"));
+  EXPECT_THAT(lost_of(raw, array),
+              Contains("car.Door.moved.nine: the fixed size of a byte buffer with a length field"));
+  model.at(declared).wire = none;
+  EXPECT_THAT(lost_of(numbers, none), Not(Contains(HasSubstr("fixed size"))));
+  EXPECT_THAT(lost_of(raw, wire_of(Kind::bytes, someip::FieldWidth::none)),
+              Not(Contains(HasSubstr("fixed size"))));
+}
+
 TEST(WriteFidl, TellsOfWhichServiceAndWhereWhatIsLostStands) {
   Model model;
   model.files = {"First.arxml", "Second.arxml"};
