@@ -638,6 +638,10 @@ void LayoutWalker::array(const Type& type, const Wire& wire, const std::string& 
 
 void LayoutWalker::structure(const Type& type, const Wire& wire, const std::string& path, std::endian order,
                              int nesting) {
+  if (is_polymorphic(model_, type)) {
+    error(path, "a polymorphic structure");
+    return;
+  }
   const auto inside = [&] { members(members_of(type), path, order, nesting); };
   if (wire.length == FieldWidth::none) {
     inside();
@@ -778,6 +782,17 @@ bool has_length_fields(const Model& model, const Payload& payload) {
     return is_tagged || (type.kind != Kind::primitive && has_order(value.wire.length)) ||
            (type.kind == Kind::choice && has_order(value.wire.selector));
   });
+}
+
+bool is_polymorphic(const Model& model, const Type& type) {
+  const Type* part = &type;
+  for (std::size_t bases = 0; !part->polymorphic && part->base != no_type; ++bases) {
+    if (bases == max_type_nesting) {
+      return false;
+    }
+    part = &resolved(model, part->base);
+  }
+  return part->polymorphic;
 }
 
 bool has_tagged_lengths(const Model& model, const Payload& payload) {

@@ -53,6 +53,9 @@ inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 /// Whether there is a tagged member in it with a length field, which is not a number.
 [[nodiscard]] bool has_tagged_lengths(const Model& model, const Payload& payload);
 
+/// Whether a structure, or one that it extends, is polymorphic: there is no form for it on the wire.
+[[nodiscard]] bool is_polymorphic(const Model& model, const Type& type);
+
 /// How a payload is laid out: as a table of what may be there. Ends at the limits above; an error tells
 /// which.
 [[nodiscard]] Layout layout(const Model& model, const Payload& payload);

@@ -79,6 +79,23 @@ TEST(Layout, KnowsWhetherLengthFieldsHaveAByteOrder) {
   EXPECT_TRUE(has_length_fields(model, payload));
 }
 
+/// Its bytes would say which of those that extend it follows, in a form that nothing has.
+TEST(Layout, KnowsNoFormOfPolymorphicStructures) {
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  const TypeIndex shape = model.add({.kind = Kind::structure,
+                                     .name = "Shape",
+                                     .members = {{.name = "n", .type = u8}},
+                                     .polymorphic = true});
+  const TypeIndex disc = model.add({.kind = Kind::structure, .name = "Disc", .base = shape});
+  for (const TypeIndex type : {shape, disc}) {
+    const Payload payload{.values = {{.name = "v", .type = type}}};
+    EXPECT_THAT(errors_of(layout(model, payload)), ElementsAre("0 v: a polymorphic structure"));
+    EXPECT_THAT(errors_of(layout_of_bytes(model, payload, {"\x07", 1})),
+                ElementsAre("0 v: a polymorphic structure"));
+  }
+}
+
 TEST(Layout, ShowsWhatMayBeThere) {
   const Points points;
   EXPECT_THAT(

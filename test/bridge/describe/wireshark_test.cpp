@@ -289,13 +289,20 @@ TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
             {.values = {Everything::value("v", all.text, default_wire(Kind::string))},
              .byte_order = std::endian::little});
   all.event("line", 0x8005, {.values = {Everything::value("v", all.text)}});
+  const TypeIndex shape = all.add({.kind = Kind::structure,
+                                   .name = "Shape",
+                                   .members = {Everything::value("n", all.u8)},
+                                   .polymorphic = true});
+  const TypeIndex disc = all.add({.kind = Kind::structure, .name = "Disc", .base = shape});
+  all.event("shape", 0x8007, {.values = {Everything::value("v", disc)}});
   all.event("good", 0x8006, {.values = {Everything::value("n", all.u8)}});
   const Written written = write_wireshark(all.model);
   EXPECT_THAT(lines_of(written.not_carried),
               ElementsAre("org.example.Car.loop: a structure that contains itself",
                           "org.example.Car.bits: bit fields", "org.example.Car.again: bit fields",
                           "org.example.Car.little: little endian length fields",
-                          "org.example.Car.line: a string without length field that ends by its terminator"));
+                          "org.example.Car.line: a string without length field that ends by its terminator",
+                          "org.example.Car.shape: a polymorphic structure"));
   // No rows of theirs are left.
   EXPECT_EQ(file_of(written, "SOMEIP_parameter_list"),
             "# written by Trestle\n"

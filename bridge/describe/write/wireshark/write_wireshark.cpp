@@ -342,6 +342,9 @@ std::optional<Reference> WiresharkWriter::array(const Type& type, const Wire& wi
 std::optional<Reference> WiresharkWriter::structure(const Type& type, const Wire& wire,
                                                     const Context& context, int depth,
                                                     const std::string& key) {
+  if (is_polymorphic(model_, type)) {
+    return cannot("a polymorphic structure");
+  }
   const std::vector<Value> members = all_members(model_, type);
   const Reference reference = remember(key, Table::structure);
   const bool is_tagged =
