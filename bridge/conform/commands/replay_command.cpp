@@ -29,6 +29,18 @@ struct ReplayArguments {
   bool quiet = false;
 };
 
+/// Whether a capture holds most packets twice. It is read for that alone.
+bool holds_most_twice(const std::string& path, const ReplayArguments& arguments) {
+  pcaps::CaptureFile file{path};
+  CopyCount count;
+  traffic::CaptureReader reader{arguments.ports, count};
+  pcaps::Traffic traffic{reader};
+  while (const auto frame = file.next()) {
+    traffic.on_frame(*frame);
+  }
+  return count.most_twice();
+}
+
 /// @throws CLI::ValidationError when the file is no capture.
 void read_capture(const std::string& path, const ReplayArguments& arguments, Replay& replay) {
   std::optional<pcaps::CaptureFile> file;
@@ -37,10 +49,15 @@ void read_capture(const std::string& path, const ReplayArguments& arguments, Rep
   } catch (const std::runtime_error& error) {
     throw CLI::ValidationError{"CAPTURE", error.what()};
   }
+  const bool twice = holds_most_twice(path, arguments);
+  if (twice) {
+    fmt::print(stderr, "{}: holds most packets twice, as mirror ports make it; copies are left out\n", path);
+  }
   traffic::CaptureReader reader{arguments.ports, replay};
   pcaps::Traffic traffic{reader};
-  replay.begin(arguments.captures.size() == 1 ? "" : path,
-               [&](Transport transport, const Endpoint& endpoint) { reader.learn(transport, endpoint); });
+  replay.begin(
+      arguments.captures.size() == 1 ? "" : path,
+      [&](Transport transport, const Endpoint& endpoint) { reader.learn(transport, endpoint); }, twice);
   while (const auto frame = file->next()) {
     traffic.on_frame(*frame);
   }

@@ -18,7 +18,11 @@ const char* verb(std::uint64_t count) {
 
 }  // namespace
 
-void Replay::begin(std::string name, std::function<void(Transport, const Endpoint&)> learn) {
+void Replay::begin(std::string name, std::function<void(Transport, const Endpoint&)> learn, bool twice) {
+  copies_.reset();
+  if (twice) {
+    copies_.emplace();
+  }
   name_ = std::move(name);
   learn_ = std::move(learn);
   first_.reset();
@@ -31,6 +35,9 @@ void Replay::begin(std::string name, std::function<void(Transport, const Endpoin
 }
 
 bool Replay::message(const traffic::Place& place, std::size_t /*offset*/, const someip::Message& message) {
+  if (copies_ && copies_->is_copy(place, message)) {
+    return true;
+  }
   first_ = first_.value_or(place.time);
   last_ = place.time;
   ++messages_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <tuple>
 
+#include "bridge/conform/replay/copies.hpp"
 #include "bridge/conform/replay/rules.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/traffic/message_sink.hpp"
@@ -25,7 +26,8 @@ class Replay : public traffic::MessageSink {
   /// What comes next is of another capture.
   /// @param name   for differences; empty: there is only one.
   /// @param learn  is told of endpoints that carry SOME/IP, as service discovery says.
-  void begin(std::string name, std::function<void(Transport, const Endpoint&)> learn);
+  /// @param twice  it holds most packets twice, so that copies are left out.
+  void begin(std::string name, std::function<void(Transport, const Endpoint&)> learn, bool twice = false);
   bool message(const traffic::Place& place, std::size_t offset, const someip::Message& message) override;
   void undecodable(const traffic::Place& place, std::size_t offset, ByteView bytes,
                    const traffic::Violation& violation) override;
@@ -100,6 +102,7 @@ class Replay : public traffic::MessageSink {
   std::optional<IpAddress> only_host_;
   std::string name_;
   std::function<void(Transport, const Endpoint&)> learn_;
+  std::optional<Copies> copies_;  ///< of a capture that holds most packets twice
   std::uint64_t messages_ = 0;
   std::optional<pcaps::Timestamp> first_;
   pcaps::Timestamp last_{};

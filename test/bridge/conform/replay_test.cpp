@@ -21,8 +21,10 @@ const Endpoint client{client_sd.address, 40001};
 /// A capture, frame by frame.
 class Capture {
  public:
-  Capture() {
-    replay_.begin("", [](Transport, const Endpoint&) {});
+  /// @param copies_after  each frame is there again, so much later.
+  explicit Capture(std::optional<std::chrono::milliseconds> copies_after = {}) : copies_after_{copies_after} {
+    replay_.begin(
+        "", [](Transport, const Endpoint&) {}, copies_after.has_value());
   }
 
   Capture& add(const Bytes& bytes, const Endpoint& from, const Endpoint& to) {
@@ -32,6 +34,14 @@ class Capture {
                       .flow = {from, to},
                       .transport = Transport::udp},
                      bytes);
+    if (copies_after_) {
+      const std::uint64_t first = frame_++;
+      replay_.datagram({.frame = frame_,
+                        .time = pcaps::Timestamp{first * 1s} + *copies_after_,
+                        .flow = {from, to},
+                        .transport = Transport::udp},
+                       bytes);
+    }
     return *this;
   }
   /// The ids of the rules that are broken.
@@ -48,6 +58,7 @@ class Capture {
 
  private:
   Replay replay_;
+  std::optional<std::chrono::milliseconds> copies_after_;
   std::uint64_t frame_ = 0;
 };
 
@@ -314,6 +325,41 @@ TEST(Replay, JudgesOneHostAlone) {
   };
   EXPECT_EQ(verdict(client, server), Verdict::unsupported);
   EXPECT_EQ(verdict(server, client), Verdict::fail);
+}
+
+TEST(Replay, LeavesOutCopiesOfAMirrorPort) {
+  const auto broken = [](std::chrono::milliseconds after) {
+    return Capture{after}
+        .add(request().encode(), client, server)
+        .add(response().encode(), server, client)
+        .broken();
+  };
+  EXPECT_THAT(broken(1ms), IsEmpty());
+  EXPECT_THAT(broken(50ms), ElementsAre("rpc.response-once"));
+  // Two that are the same in one datagram are two.
+  Bytes both = response().encode();
+  append(both, response().encode());
+  EXPECT_THAT(Capture{1ms}.add(request().encode(), client, server).add(both, server, client).broken(),
+              ElementsAre("rpc.response-once"));
+}
+
+TEST(Replay, TellsACaptureOfAMirrorPort) {
+  const auto most_twice = [](std::chrono::milliseconds after) {
+    CopyCount count;
+    for (std::uint16_t number = 1; number <= 10; ++number) {
+      const Bytes message = sd({.entries = {entry(trestle::sd::EntryType::offer_service, 0)}}, number);
+      for (std::uint64_t copy = 0; copy < 2; ++copy) {
+        count.datagram({.frame = 2U * number + copy,
+                        .time = pcaps::Timestamp{number * 1s} + copy * after,
+                        .flow = {server_sd, group},
+                        .transport = Transport::udp},
+                       message);
+      }
+    }
+    return count.most_twice();
+  };
+  EXPECT_TRUE(most_twice(1ms));
+  EXPECT_FALSE(most_twice(50ms));
 }
 
 }  // namespace
