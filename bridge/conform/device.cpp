@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -71,19 +72,51 @@ void Device::ask(const char* what) const {
 void Device::start() {
   const std::string& command = fault_.empty() ? profile_.lifecycle.start : profile_.faults.start;
   if (!command.empty()) {
-    process_ = spawn("exec " + filled_in(command, profile_, programs_, fault_), log_);
+    // Where the shell ends before the device does, the device becomes our child, so that its end is seen.
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+    status_ = 0;
+    process_ = spawn(filled_in(command, profile_, programs_, fault_), log_);
   } else if (profile_.lifecycle.ask_operator) {
     ask("Start");
   }
 }
 
+bool Device::collect() {
+  while (true) {
+    int status = 0;
+    const pid_t one = ::waitpid(-process_, &status, WNOHANG);
+    if (one == 0) {
+      return true;
+    }
+    if (one < 0) {
+      return false;
+    }
+    if (one == process_) {
+      status_ = status;
+    }
+  }
+}
+
+std::optional<std::string> Device::ended() {
+  if (process_ == 0 || collect() || !profile_.lifecycle.restart.empty() ||
+      (!profile_.lifecycle.stop.empty() && status_ == 0)) {
+    return std::nullopt;
+  }
+  // A shell tells of a signal by 128 and its number.
+  const int code = WIFEXITED(status_) ? WEXITSTATUS(status_) : 0;
+  const int signal = WIFSIGNALED(status_) ? WTERMSIG(status_) : code > 128 ? code - 128 : 0;
+  return signal != 0 ? "was killed by signal " + std::to_string(signal)
+                     : "exited with status " + std::to_string(code);
+}
+
 void Device::end_process(bool at_once) {
-  if (process_ == 0) {
+  if (process_ == 0 || !collect()) {
+    process_ = 0;
     return;
   }
   ::kill(-process_, at_once ? SIGKILL : SIGTERM);
   for (int tries = 0;; ++tries) {
-    if (::waitpid(process_, nullptr, WNOHANG) != 0) {
+    if (!collect()) {
       break;
     }
     if (tries == 400) {

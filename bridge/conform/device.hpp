@@ -1,6 +1,7 @@
 #pragma once
 #include <sys/types.h>
 
+#include <optional>
 #include <string>
 
 #include "bridge/conform/profile.hpp"
@@ -24,17 +25,24 @@ class Device {
   /// In order (SIGTERM), or at once.
   void stop(bool at_once = false);
   void restart(bool at_once = false);
+  /// How the device that start() began has ended by itself, "exited with status 1"; nothing: it runs,
+  /// somebody else runs it, or stop() ended it. Where commands of the profile stop or restart it, what
+  /// start() began may end as it pleases, unless with an error.
+  [[nodiscard]] std::optional<std::string> ended();
 
  private:
   void run(const std::string& command) const;
   void end_process(bool at_once);
   void ask(const char* what) const;
+  /// Collects what has ended of the process group. False: nothing of it is left.
+  bool collect();
 
   const Profile& profile_;
   std::string programs_;
   std::string log_;
   std::string fault_;
   pid_t process_ = 0;
+  int status_ = 0;  ///< of the shell that start() began, once it has ended
 };
 
 }  // namespace trestle::conform

@@ -79,6 +79,11 @@ class Conform(unittest.TestCase):
         self.assertEqual(run.wait(timeout=60), 1)
         self.expect_no_device()
 
+    def test_starts_a_device_by_any_command_of_a_shell(self):
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace('start: "{programs}', 'start: "cd / && WORD=1 {programs}', 1))
+        self.assertIn("2 pass", conform("run", "sd.offer.ttl", "sd.stop-offer", "--dut", profile, *ADDRESSES, "--out", self.folder))
+
     def test_takes_its_address_from_an_interface(self):
         text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
                        "--out", self.folder)
