@@ -10,12 +10,21 @@ namespace {
 using namespace std::chrono_literals;
 using enum Level;
 
-/// What is asked of the first Subscribe that an offer brings.
+/// What is asked of the first Subscribe that an offer brings, to whatever eventgroup.
 auto subscription(void (*judge)(Trial& t, const SeenEntry& seen, const UsedService& used)) {
   return [judge](Trial& t) {
     const UsedService& used = used_service(t, false);
     OurService ours{t, used};
     judge(t, ours.subscribed(), used);
+  };
+}
+
+/// What is asked of the Subscribe to the eventgroup over UDP. Others may come before it.
+auto subscription_over_udp(void (*judge)(Trial& t, const SeenEntry& seen, const UsedService& used)) {
+  return [judge](Trial& t) {
+    const UsedService& used = used_service(t, false);
+    OurService ours{t, used};
+    judge(t, ours.subscribed(used.udp->id), used);
   };
 }
 
@@ -279,7 +288,7 @@ void add_client_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_322"},
        .needs = client,
        .role = Role::client,
-       .run = subscription([](Trial& t, const SeenEntry& seen, const UsedService& used) {
+       .run = subscription_over_udp([](Trial& t, const SeenEntry& seen, const UsedService& used) {
          t.equal("eventgroup", value(used.udp->id), value(seen.entry.eventgroup()), seen.packet);
        })},
       {.id = "client.subscribe.reserved",
@@ -295,7 +304,7 @@ void add_client_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_848", "feat_req_someipsd_786", "feat_req_someipsd_798"},
        .needs = client,
        .role = Role::client,
-       .run = subscription([](Trial& t, const SeenEntry& seen, const UsedService&) {
+       .run = subscription_over_udp([](Trial& t, const SeenEntry& seen, const UsedService&) {
          std::size_t udp = 0;
          for (const sd::EndpointOption& one : seen.endpoints()) {
            if (one.transport == Transport::udp) {

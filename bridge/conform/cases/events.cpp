@@ -205,7 +205,6 @@ void add_event_cases(Cases& cases) {
       {.id = "event.second-service",
        .title = "sends events to a subscriber of more than one eventgroup at one port",
        .requirements = {"feat_req_someip_732", "feat_req_someipsd_787"},
-       .tc8 = {"SOMEIPSRV_RPC_02"},
        .needs = ets,
        .run =
            [](Trial& t) {

@@ -120,7 +120,7 @@ void no_event(Trial& t, std::size_t since, const char* why) {
 void add_sd_phase_cases(Cases& cases) {
   const Cases all{
       {.id = "sd.phase.initial",
-       .title = "sends its first offer within the initial delay, by multicast",
+       .title = "sends its first offer by multicast, soon after its start (timing: ready_within)",
        .requirements = {"feat_req_someipsd_62", "feat_req_someipsd_72", "feat_req_someipsd_429"},
        .needs = Need::restart,
        .run = [](Trial& t) { await_offers(t, t.restart(), 1, t.profile.timing.ready_within); }},

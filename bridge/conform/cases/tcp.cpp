@@ -104,6 +104,7 @@ void add_tcp_cases(Cases& cases) {
            }},
       {.id = "tcp.two-connections",
        .title = "serves two connections at a time",
+       .level = should,  // A client needs one alone for all its calls.
        .requirements = {"feat_req_someip_644"},
        .needs = call,
        .run =
