@@ -124,6 +124,7 @@ RunResult run_side_by_side(const std::vector<Profile>& profiles, const std::vect
   for (RunResult& part : results) {
     whole.started = whole.started.empty() ? part.started : whole.started;
     whole.cancelled = whole.cancelled || part.cancelled;
+    whole.gave_up = whole.gave_up.empty() ? part.gave_up : whole.gave_up;
     std::ranges::move(part.cases, std::back_inserter(whole.cases));
   }
   whole.took =

@@ -24,6 +24,16 @@ using documents::whole_number;
 
 constexpr std::uint64_t max_id = 0xfffe;
 
+/// Whether a section or list is there. It is asked for where it is not, so that what is said of unknown keys
+/// names it, too.
+bool has(Section& section, const char* key) {
+  if (section.is_missing(key)) {
+    (void)section.child(key);
+    return false;
+  }
+  return true;
+}
+
 template <typename Id>
 Format<Id> id(std::uint64_t max = max_id) {
   return as<Id>(id_number(1, max));
@@ -82,7 +92,7 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   section.read("tcp", truth(), group.tcp);
   section.read("multicast_threshold", as<std::size_t>(whole_number(0, 1000)), group.multicast_threshold);
   read_optional(section, "trigger", id<someip::MethodId>(0x7fff), group.trigger);
-  if (!section.is_missing("multicast")) {
+  if (has(section, "multicast")) {
     Section multicast{section.child("multicast"), "multicast", problems};
     Endpoint endpoint;
     multicast.require("address", documents::multicast_address(), endpoint.address);
@@ -139,12 +149,12 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
   read_optional(section, "ttl", whole_number(1, 0xff'ffff), service.ttl_s);
   read_optional(section, "udp", port, service.udp_port);
   read_optional(section, "tcp", port, service.tcp_port);
-  if (!section.is_missing("eventgroups")) {
+  if (has(section, "eventgroups")) {
     for (const YAML::Node& group : section.list("eventgroups", "a list of eventgroups")) {
       service.eventgroups.push_back(read_eventgroup(group, problems));
     }
   }
-  if (!section.is_missing("request")) {
+  if (has(section, "request")) {
     Section request{section.child("request"), "request", problems};
     service.request.emplace();
     request.require("method", id<someip::MethodId>(0x7fff), service.request->method);
@@ -152,7 +162,7 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     request.finish();
   }
   read_optional(section, "fire_and_forget", id<someip::MethodId>(0x7fff), service.fire_and_forget);
-  if (!section.is_missing("field")) {
+  if (has(section, "field")) {
     Section field{section.child("field"), "field", problems};
     service.field.emplace();
     field.require("getter", id<someip::MethodId>(0x7fff), service.field->getter);
@@ -161,12 +171,12 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     field.require("eventgroup", id<someip::EventgroupId>(), service.field->eventgroup);
     field.finish();
   }
-  if (!section.is_missing("e2e")) {
+  if (has(section, "e2e")) {
     for (const YAML::Node& one : section.list("e2e", "a list of methods with end-to-end protection")) {
       service.e2e.push_back(read_protection(one, problems));
     }
   }
-  if (!section.is_missing("load_balancing")) {
+  if (has(section, "load_balancing")) {
     Section balancing{section.child("load_balancing"), "load_balancing", problems};
     service.load_balancing.emplace();
     balancing.require("priority", as<std::uint16_t>(whole_number(0, 0xffff)),
@@ -185,7 +195,7 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
 }
 
 std::optional<WantedEventgroup> read_wanted(Section& service, const char* key, Problems& problems) {
-  if (service.is_missing(key)) {
+  if (!has(service, key)) {
     return std::nullopt;
   }
   Section section{service.child(key), key, problems};
@@ -215,7 +225,7 @@ UsedService read_used(const YAML::Node& node, Problems& problems) {
 }
 
 void read_timing(Section& top, TimingProfile& timing, Problems& problems) {
-  if (top.is_missing("timing")) {
+  if (!has(top, "timing")) {
     return;
   }
   Section section{top.child("timing"), "timing", problems};
@@ -229,12 +239,13 @@ void read_timing(Section& top, TimingProfile& timing, Problems& problems) {
 }
 
 void read_policy(Section& top, PolicyProfile& policy, Problems& problems) {
-  if (top.is_missing("policy")) {
+  if (!has(top, "policy")) {
     return;
   }
   Section section{top.child("policy"), "policy", problems};
   section.read("explicit_initial_data", truth(), policy.explicit_initial_data);
   section.read("multicast_find_answers", truth(), policy.multicast_find_answers);
+  section.read("sd_endpoint_option", truth(), policy.sd_endpoint_option);
   section.read("answers_unknown_service", truth(), policy.answers_unknown_service);
   section.read("answers_unknown_method", truth(), policy.answers_unknown_method);
   section.read("processes_request_with_return_code", truth(), policy.processes_request_with_return_code);
@@ -249,7 +260,7 @@ void read_policy(Section& top, PolicyProfile& policy, Problems& problems) {
 
 void read_lifecycle(Section& top, Profile& profile, Problems& problems) {
   const auto command = documents::any_text("a command");
-  if (!top.is_missing("lifecycle")) {
+  if (has(top, "lifecycle")) {
     Section section{top.child("lifecycle"), "lifecycle", problems};
     section.read("start", command, profile.lifecycle.start);
     section.read("stop", command, profile.lifecycle.stop);
@@ -257,7 +268,7 @@ void read_lifecycle(Section& top, Profile& profile, Problems& problems) {
     section.read("ask_operator", truth(), profile.lifecycle.ask_operator);
     section.finish();
   }
-  if (!top.is_missing("faults")) {
+  if (has(top, "faults")) {
     Section section{top.child("faults"), "faults", problems};
     section.require("list", command, profile.faults.list);
     section.require("start", command, profile.faults.start);
@@ -297,7 +308,7 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     for (const YAML::Node& service : top.required_list("services", "a list of services")) {
       profile.services.push_back(read_service(service, problems));
     }
-    if (!top.is_missing("uses")) {
+    if (has(top, "uses")) {
       for (const YAML::Node& used : top.list("uses", "a list of services that the device uses")) {
         profile.uses.push_back(read_used(used, problems));
       }

@@ -95,6 +95,8 @@ struct PolicyProfile {
   bool explicit_initial_data = true;
   /// Finds are answered by multicast where TC8 wants that; else by unicast always.
   bool multicast_find_answers = false;
+  /// Answers go where the SD endpoint option of a message says, which older editions do not know.
+  bool sd_endpoint_option = true;
   bool answers_unknown_service = true;  ///< with an error; the specification leaves that open
   bool answers_unknown_method = true;   ///< likewise
   /// A request that has a return code is answered as if it had none, as TC8 wants it; else it is dropped.

@@ -10,6 +10,7 @@
 #include "bridge/conform/device.hpp"
 #include "bridge/conform/tester.hpp"
 #include "bridge/conform/trial.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -32,6 +33,11 @@ struct Run {
 
 /// Somebody wants the run to end.
 struct Cancelled {};
+
+/// The device that the tester started has ended by itself.
+struct DeviceEnded {
+  std::string how;
+};
 
 /// Ends what waits when somebody wants the run to end, and a case when its time is over.
 class Watch {
@@ -56,6 +62,9 @@ class Watch {
   void check() const {
     if (run_.options.cancelled && run_.options.cancelled()) {
       throw Cancelled{};
+    }
+    if (const auto how = run_.device.ended()) {
+      throw DeviceEnded{*how};
     }
     if (until_ && Clock::now() >= *until_) {
       // Why it takes so long nobody knows, unless it is the tester's own fault.
@@ -96,14 +105,46 @@ Attempt outcome_of(const Case& one, Trial& trial, Watch& watch) {
   return attempt;
 }
 
+/// Whether the device answers; waits for it as long as the profile says.
+bool await_device(Run& run) {
+  const Watch watch{run};
+  Trial trial{run.profile, run.tester, run.device, run.sessions};
+  const Clock::time_point until = Clock::now() + run.profile.timing.ready_within;
+  run.has_answered = trial.is_there();
+  while (!run.has_answered && Clock::now() < until) {
+    run.has_answered = trial.is_there();
+  }
+  trial.clean_up();
+  return run.has_answered;
+}
+
+void start_again_if_ended(Run& run) {
+  if (run.device.ended()) {
+    run.device.start();
+    (void)await_device(run);
+  }
+}
+
+Attempt absent(const DeviceEnded& ended) {
+  return {.verdict = Verdict::inconclusive,
+          .reason = "the device " + ended.how + " before the case began; see device.log",
+          .alive_before = false};
+}
+
 Attempt attempt_at(const Case& one, Run& run) {
+  try {
+    start_again_if_ended(run);
+  } catch (const DeviceEnded& ended) {
+    return absent(ended);
+  }
   Watch watch{run};
   run.tester.forget();
   Trial trial{run.profile, run.tester, run.device, run.sessions};
   trial.begin(run.options.seed, one.id);
   Attempt attempt;
+  bool alive = false;
   try {
-    const bool alive = trial.is_there();
+    alive = trial.is_there();
     if (alive) {
       attempt = outcome_of(one, trial, watch);
       attempt.alive_after = trial.alive();
@@ -117,6 +158,15 @@ Attempt attempt_at(const Case& one, Run& run) {
   } catch (const Cancelled&) {
     trial.clean_up();
     throw;
+  } catch (const DeviceEnded& ended) {
+    run.tester.close_all();
+    if (!alive) {
+      return absent(ended);
+    }
+    attempt = trial.attempt();
+    attempt.verdict = Verdict::fail;
+    attempt.reason += (attempt.reason.empty() ? "" : "; ") + ("the device " + ended.how) + "; see device.log";
+    return attempt;
   } catch (const std::exception& error) {
     attempt.verdict = Verdict::error;
     attempt.reason = error.what();
@@ -134,22 +184,18 @@ void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResul
       << pcapng(run.tester.packets(), title);
 }
 
-void await_device(Run& run) {
-  const Watch watch{run};
-  Trial trial{run.profile, run.tester, run.device, run.sessions};
-  const Clock::time_point until = Clock::now() + run.profile.timing.ready_within;
-  while (!(run.has_answered = trial.is_there()) && Clock::now() < until) {
-  }
-  trial.clean_up();
-}
-
-/// A device that a case has killed is started anew, so that the next case has one. One that never answered
-/// would not do so then either.
+/// A device that answers no more after a case is started anew, so that the next case has one. One that never
+/// answered would not do so then either.
 void revive(Run& run) {
   const LifecycleProfile& commands = run.profile.lifecycle;
   if (run.has_answered && !(commands.start.empty() && commands.restart.empty())) {
     run.device.restart(true);
-    await_device(run);
+    try {
+      (void)await_device(run);
+    } catch (const DeviceEnded&) {
+      // The next case says so.
+      run.tester.close_all();
+    }
   }
 }
 
@@ -162,7 +208,8 @@ Attempt attempt_with_device(const Case& one, Run& run) {
   return outcome;
 }
 
-CaseResult run_one(const Case& one, Run& run) {
+/// @param once  the device was not there before, so that it is not waited for again and again.
+CaseResult run_one(const Case& one, Run& run, bool once) {
   CaseResult result{.what = &one};
   const Clock::time_point began = Clock::now();
   if (const auto why = unsupported(one, run.profile)) {
@@ -170,10 +217,16 @@ CaseResult run_one(const Case& one, Run& run) {
     return result;
   }
   result.outcome = attempt_with_device(one, run);
-  for (result.attempts = 1; try_again(result.outcome, result.attempts); ++result.attempts) {
+  for (result.attempts = 1;
+       try_again(result.outcome, result.attempts) && !(once && !result.outcome.alive_before);
+       ++result.attempts) {
     // Whatever was in the way may be over by then.
-    const Watch watch{run};
-    run.tester.receive(result.attempts * pause_between_attempts, [] { return false; });
+    try {
+      const Watch watch{run};
+      run.tester.receive(result.attempts * pause_between_attempts, [] { return false; });
+    } catch (const DeviceEnded&) {
+      // It is started again.
+    }
     result.outcome = attempt_with_device(one, run);
   }
   if (run.options.keep_evidence) {
@@ -181,6 +234,34 @@ CaseResult run_one(const Case& one, Run& run) {
   }
   result.took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began);
   return result;
+}
+
+/// What to look at when the device is not there.
+std::string hint(const Run& run) {
+  std::string text = fmt::format("look at the addresses in the profile (device {}, tester {}, SD port {}",
+                                 someip::to_string(run.profile.device), someip::to_string(run.profile.tester),
+                                 run.profile.sd_port);
+  text += fmt::format(", service {:#06x}), at firewalls and routes", value(run.profile.service().service));
+  if (!run.profile.lifecycle.start.empty()) {
+    text += ", and at what the device printed: " + run.options.folder + "/device.log";
+  }
+  return text;
+}
+
+/// Says at once when the device is not there after its start.
+void begin_with(Run& run) {
+  std::string problem;
+  try {
+    if (!await_device(run)) {
+      problem = "does not answer";
+    }
+  } catch (const DeviceEnded& ended) {
+    run.tester.close_all();
+    problem = ended.how;
+  }
+  if (!problem.empty() && run.options.on_problem) {
+    run.options.on_problem(fmt::format("the device {} after its start; {}", problem, hint(run)));
+  }
 }
 
 }  // namespace
@@ -197,7 +278,8 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
   Run run{profile, options};
   run.device.start();
   try {
-    await_device(run);
+    begin_with(run);
+    std::size_t absences = 0;
     for (const Case* one : cases) {
       if (options.skip && options.skip(*one)) {
         continue;
@@ -205,11 +287,21 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
       if (options.on_begin) {
         options.on_begin(*one);
       }
-      result.cases.push_back(run_one(*one, run));
+      result.cases.push_back(run_one(*one, run, absences > 0));
+      const Attempt& outcome = result.cases.back().outcome;
+      if (outcome.verdict != Verdict::unsupported) {
+        absences = outcome.alive_before ? 0 : absences + 1;
+      }
       if (options.on_end) {
         options.on_end(result.cases.back());
       }
-      if (options.stop_at_failure && result.cases.back().outcome.verdict == Verdict::fail) {
+      if (options.stop_at_failure && outcome.verdict == Verdict::fail) {
+        break;
+      }
+      if (absences >= most_absences && one != cases.back()) {
+        result.gave_up =
+            fmt::format("the device was not there for {} cases in a row; {}", absences, hint(run));
+        result.cancelled = true;
         break;
       }
     }

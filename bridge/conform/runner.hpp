@@ -28,6 +28,8 @@ struct RunResult {
   std::string started{};  ///< in UTC, "2026-01-31T12:00:00Z"
   std::chrono::milliseconds took{0};
   bool cancelled = false;  ///< there were more cases to run
+  /// Why the rest was not run: the device was not there, case after case. Empty: it was not so.
+  std::string gave_up{};
 
   [[nodiscard]] std::size_t count(Verdict verdict) const;
 };
@@ -47,10 +49,17 @@ struct RunOptions {
   std::function<bool(const Case& one)> skip{};
   std::function<void(const Case& one)> on_begin{};
   std::function<void(const CaseResult& result)> on_end{};
+  /// What somebody who waits wants to know at once: that the device does not answer, and what may be wrong.
+  std::function<void(const std::string& text)> on_problem{};
 };
 
-/// Starts the device, runs the cases one after the other, and stops it.
-/// @throws std::runtime_error when the tester or the device cannot be started.
+/// So many cases in a row for which the device is not there end a run.
+inline constexpr std::size_t most_absences = 3;
+
+/// Starts the device, runs the cases one after the other, and stops it. A device that ends by itself is
+/// started again before the next case.
+/// @throws TesterError when the tester cannot use its addresses.
+/// @throws std::runtime_error when the device cannot be started.
 [[nodiscard]] RunResult run_cases(const Profile& profile, const std::vector<const Case*>& cases,
                                   const RunOptions& options);
 

@@ -125,7 +125,7 @@ bool join(int fd, const IpAddress& group, const IpAddress& own) {
 }
 
 [[noreturn]] void fail(const std::string& what) {
-  throw std::runtime_error{what + ": " + std::strerror(errno)};
+  throw TesterError{what + ": " + std::strerror(errno)};
 }
 
 int open_socket(int type, bool v6) {
@@ -172,7 +172,7 @@ Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_po
     if (result != 0) {
       const std::string why =
           errno == EADDRINUSE ? "another SOME/IP stack on this host has it" : std::strerror(errno);
-      throw std::runtime_error{"the tester cannot use " + someip::to_string(local) + ": " + why};
+      throw TesterError{"the tester cannot use " + someip::to_string(local) + ": " + why};
     }
     opened->local = local;
     return opened;

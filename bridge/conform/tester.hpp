@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,10 +18,16 @@ namespace trestle::conform {
 /// A UDP port, or one end of a TCP connection.
 enum class PortId : std::uint32_t {};
 
+/// The tester cannot use its own addresses: what() says why, and what to do.
+class TesterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 class Tester {
  public:
   /// Opens the two sockets of service discovery.
-  /// @throws std::runtime_error when that is not possible: what() says why, and what to do.
+  /// @throws TesterError when that is not possible.
   Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port);
   ~Tester();
   Tester(const Tester&) = delete;

@@ -266,14 +266,28 @@ SeenEntry Trial::answer_to(const SdStimulus& stimulus) {
 }
 
 SeenEntry Trial::acknowledged(const SdStimulus& stimulus) {
-  SeenEntry seen = answer_to(stimulus);
-  if (seen.entry.ttl_s == 0) {
-    fail("the subscription is refused (SubscribeEventgroupNack)", seen.packet);
+  subscriptions_.push_back(stimulus);
+  const std::size_t since = now();
+  const EntryIs is_own = is_answer_to(stimulus.entries.front());
+  for (int count = 0; count < tries; ++count) {
+    send_sd(stimulus);
+    if (auto seen = await_entry(since, profile.timing.answer_within, is_own)) {
+      comment(seen->packet, "the answer");
+      if (seen->entry.ttl_s == 0) {
+        fail("the subscription is refused (SubscribeEventgroupNack)", seen->packet);
+      }
+      return *seen;
+    }
   }
-  if (!is_answer_to(stimulus.entries.front())(seen)) {
-    fail("the acknowledgement is of another eventgroup, service or instance", seen.packet);
+  // Late answers to what was sent before are not meant; but where nothing else came, they may tell what is
+  // wrong.
+  const auto others = entries_since(since, [](const SeenEntry& seen) {
+    return seen.entry.type == sd::EntryType::subscribe_eventgroup_ack;
+  });
+  if (!others.empty()) {
+    fail("the acknowledgement is of another eventgroup, service or instance", others.front().packet);
   }
-  return seen;
+  fail("no answer to SubscribeEventgroup");
 }
 
 std::optional<SeenEntry> Trial::not_acknowledged(const SdStimulus& stimulus) {
@@ -415,6 +429,13 @@ Trial::MessageIs Trial::is_event(someip::MethodId event) const {
 }
 
 SeenMessage Trial::answer_to(Call call) {
+  if (auto seen = answer_if_any(std::move(call))) {
+    return *seen;
+  }
+  fail("no answer to the request");
+}
+
+std::optional<SeenMessage> Trial::answer_if_any(Call call) {
   const std::size_t since = now();
   const int most = call.transport == Transport::tcp ? 1 : tries;
   for (int count = 0; count < most; ++count) {
@@ -427,10 +448,10 @@ SeenMessage Trial::answer_to(Call call) {
       comment(seen->packet, "the answer");
       equal("Client ID", value(sent.client), value(seen->message.header.client), seen->packet);
       equal("Session ID", value(sent.session), value(seen->message.header.session), seen->packet);
-      return *seen;
+      return seen;
     }
   }
-  fail("no answer to the request");
+  return std::nullopt;
 }
 
 SeenMessage Trial::good_answer_to(const Call& call) {
@@ -446,7 +467,18 @@ SeenMessage Trial::good_answer_to(const Call& call) {
 }
 
 SeenMessage Trial::error_answer_to(const Call& call, std::optional<ReturnCode> code) {
-  const SeenMessage seen = answer_to(call);
+  if (auto seen = error_answer_if_any(call, code)) {
+    return *seen;
+  }
+  fail("no answer to the request");
+}
+
+std::optional<SeenMessage> Trial::error_answer_if_any(const Call& call, std::optional<ReturnCode> code) {
+  const auto answer = answer_if_any(call);
+  if (!answer) {
+    return std::nullopt;
+  }
+  const SeenMessage& seen = *answer;
   const someip::Header& header = seen.message.header;
   const ErrorType wanted = profile.policy.error_type;
   const bool good_type = (header.type == MessageType::response && wanted != ErrorType::error) ||
@@ -457,7 +489,7 @@ SeenMessage Trial::error_answer_to(const Call& call, std::optional<ReturnCode> c
   if (code) {
     equal("Return Code", *code, header.return_code, seen.packet);
   }
-  return seen;
+  return answer;
 }
 
 std::optional<SeenMessage> Trial::not_served(const Call& call) {
@@ -508,9 +540,12 @@ bool Trial::answers_find() {
   for (int count = 0; count < tries; ++count) {
     const std::size_t since = now();
     send_sd({.entries = {find_entry(profile.service())}}, false, "check: is the device there?");
-    // By an offer of anything: which fields are right is for the cases.
-    if (await_entry(since, profile.timing.answer_within,
-                    [this](const SeenEntry& seen) { return seen.packet->to == tester.sd(); })) {
+    // By an offer of the service: an entry of another type may be a late answer to what a case has sent.
+    // Which other fields are right is for the cases.
+    if (await_entry(since, profile.timing.answer_within, [this](const SeenEntry& seen) {
+          return seen.packet->to == tester.sd() && seen.entry.kind() == sd::EntryKind::offer_service &&
+                 seen.entry.service == profile.service().service;
+        })) {
       return true;
     }
   }
@@ -575,6 +610,7 @@ void Trial::clean_up() {
 
 std::size_t Trial::restart(bool at_once) {
   std::size_t since = now();
+  const bool by_command = !profile.lifecycle.restart.empty() || profile.lifecycle.ask_operator;
   if (profile.lifecycle.restart.empty() && !profile.lifecycle.ask_operator) {
     device.stop(at_once);
     since = now();  // what it said before is of its life before
@@ -583,7 +619,10 @@ std::size_t Trial::restart(bool at_once) {
     device.restart(at_once);
   }
   if (!await_entry(since, profile.timing.ready_within, [&](const SeenEntry& seen) {
-        return is_offer(profile.service())(seen) && seen.header.session == someip::SessionId{1};
+        // Where it is restarted by somebody else, what it said before stands here, too. Else its first
+        // message may have been something else than this offer.
+        return is_offer(profile.service())(seen) && seen.message.reboot() &&
+               (!by_command || seen.header.session == someip::SessionId{1});
       })) {
     if (entries_since(since, is_offer(profile.service())).empty()) {
       fail("the device does not offer its service after it was started");

@@ -153,7 +153,7 @@ class Trial {
   [[nodiscard]] static EntryIs is_answer_to(const sd::Entry& subscribe);
   /// Sends a Subscribe up to three times. Ends the case when there is no answer.
   SeenEntry answer_to(const SdStimulus& stimulus);
-  /// The same, and ends the case when that is no Ack.
+  /// The same, of the answer to the first entry alone, and ends the case when that is no Ack.
   SeenEntry acknowledged(const SdStimulus& stimulus);
   /// Sends a Subscribe that must not be acknowledged, and shows that the device has passed it. A Nack is
   /// noted.
@@ -196,10 +196,14 @@ class Trial {
 
   /// Sends a request, over UDP up to three times. Ends the case when it is not answered.
   SeenMessage answer_to(Call call);
-  /// The same, and notes everything that is not as in a good response.
+  /// The same; nothing: it is not answered.
+  std::optional<SeenMessage> answer_if_any(Call call);
+  /// As answer_to(), and notes everything that is not as in a good response.
   SeenMessage good_answer_to(const Call& call);
   /// The same for an error.
   SeenMessage error_answer_to(const Call& call, std::optional<someip::ReturnCode> code = {});
+  std::optional<SeenMessage> error_answer_if_any(const Call& call,
+                                                 std::optional<someip::ReturnCode> code = {});
   /// Sends what must not be answered with success, and shows that the device has passed it.
   /// @return the error that came; nothing: it was ignored.
   std::optional<SeenMessage> not_served(const Call& call);

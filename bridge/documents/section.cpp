@@ -198,12 +198,19 @@ std::vector<std::string> Section::keys() const {
 }
 
 void Section::finish() {
+  // Some were asked for more than once.
+  std::vector<std::string> known;
+  for (const std::string& key : asked_) {
+    if (std::ranges::find(known, key) == known.end()) {
+      known.push_back(key);
+    }
+  }
   for (const Entry& entry : entries_) {
     if (entry.used) {
       continue;
     }
-    const std::string likely = nearest(entry.key, asked_);
-    const std::string hint = likely.empty() ? fmt::format("known here: {}", fmt::join(asked_, ", "))
+    const std::string likely = nearest(entry.key, known);
+    const std::string hint = likely.empty() ? fmt::format("known here: {}", fmt::join(known, ", "))
                                             : fmt::format("did you mean '{}'?", likely);
     problems_.error(entry.key_mark, fmt::format("unknown key {}{}; {}", quote(entry.key),
                                                 name_.empty() ? "" : " in " + name_, hint));

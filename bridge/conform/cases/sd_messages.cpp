@@ -20,13 +20,29 @@ sd::EndpointOption endpoint_of(Trial& t, const SeenEntry& offer, Transport trans
          offer.packet);
 }
 
-/// The first option of the offer, whatever it is, as bytes: Length, Type and so on.
-ByteView first_option(Trial& t, const SeenEntry& seen) {
-  const auto options = seen.options();
-  if (options.empty()) {
-    t.fail("the entry refers to no option that is there", seen.packet);
+/// The first option of the entry of which that is true, whatever else is right in it. Ends the case when
+/// there is none.
+sd::Option first_option(Trial& t, const SeenEntry& seen, bool (*is_one)(sd::OptionType)) {
+  for (const sd::Option& one : seen.options()) {
+    if (is_one(one.type)) {
+      return one;
+    }
   }
-  return options.front().body;
+  t.fail("the entry refers to no such option that is there", seen.packet);
+}
+
+/// Options that are known for something else may stand before it. One of an unknown type is meant for it.
+sd::Option first_endpoint(Trial& t, const SeenEntry& seen) {
+  return first_option(t, seen, [](sd::OptionType type) {
+    return type == sd::OptionType::ipv4_endpoint || type == sd::OptionType::ipv6_endpoint ||
+           !sd::is_known(type);
+  });
+}
+
+sd::Option first_multicast(Trial& t, const SeenEntry& seen) {
+  return first_option(t, seen, [](sd::OptionType type) {
+    return type == sd::OptionType::ipv4_multicast || type == sd::OptionType::ipv6_multicast;
+  });
 }
 
 /// What is asked of the offer that comes by itself.
@@ -68,7 +84,13 @@ void add_sd_message_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_26"},
        .tc8 = {"SOMEIPSRV_FORMAT_01"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         t.equal("Client ID", 0, value(offer.header.client), offer.packet);
+         // Within a vehicle, Client IDs may begin with a prefix.
+         const unsigned client = value(offer.header.client);
+         if (client != 0 && (client & 0xffU) == 0) {
+           t.nonstrict(fmt::format("the Client ID is {:#06x}, 0 after a prefix", client));
+         } else {
+           t.equal("Client ID", 0U, client, offer.packet);
+         }
        })},
       {.id = "sd.header.first-session",
        .title = "begins with Session ID 1",
@@ -78,19 +100,21 @@ void add_sd_message_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              const std::size_t since = t.restart();
-             // Where the life before may be seen, too, the first offer with Session ID 1 or the reboot flag
-             // is of the new one. A device that never sets the flag is judged by its first offer; the flag is
-             // another case's.
-             const auto offers = t.entries_since(since, [&](const SeenEntry& seen) {
-               return Trial::is_offer(t.profile.service())(seen) && seen.packet->to == t.tester.sd_group();
-             });
-             auto first = std::ranges::find_if(offers, [](const SeenEntry& seen) {
-               return seen.message.reboot() || value(seen.header.session) == 1;
-             });
-             if (offers.empty()) {
-               t.fail("no offer by multicast after the start");
+             // Whatever is in it. Where somebody else restarts the device, what it said before comes first:
+             // up to where the number goes back.
+             std::optional<SeenEntry> first;
+             unsigned last = 0;
+             for (const SeenEntry& seen : t.entries_since(
+                      since, [&](const SeenEntry& one) { return one.packet->to == t.tester.sd_group(); })) {
+               const unsigned session = value(seen.header.session);
+               if (!first || session < last) {
+                 first = seen;
+               }
+               last = session;
              }
-             first = first == offers.end() ? offers.begin() : first;
+             if (!first) {
+               t.fail("no SD message by multicast after the start");
+             }
              t.equal("Session ID", 1, value(first->header.session), first->packet);
            }},
       {.id = "sd.header.session-counts",
@@ -126,59 +150,55 @@ void add_sd_message_cases(Cases& cases) {
        .budget = 120s,
        .run =
            [](Trial& t) {
-             // Finds by unicast make it count; many at once, as its answers may be lost.
-             const auto answers = [&](std::size_t since) {
-               return t.entries_since(since, Trial::is_offer(t.profile.service()));
+             // Finds by unicast make it count; many at once, as its answers may be lost. A device may answer
+             // many of them by one message.
+             constexpr std::size_t at_once = 50;
+             constexpr Duration silence = 100ms;
+             const auto answers = [&] {
+               return t.entries_since(0, [&](const SeenEntry& seen) {
+                 return Trial::is_offer(t.profile.service())(seen) && seen.packet->to == t.tester.sd();
+               });
              };
-             const auto is_ours = [&](const SeenEntry& seen) { return seen.packet->to == t.tester.sd(); };
-             constexpr int rounds = 3000;
-             constexpr int in_a_round = 50;
-             constexpr int enough_to_tell = 100;
-             constexpr Duration most = 90s;
-             std::optional<WallTime> began;
-             int messages = 0;
-             for (int round = 1; round <= rounds; ++round) {
+             const auto began = std::chrono::steady_clock::now();
+             std::optional<unsigned> last;
+             std::int64_t counted = 0;
+             while (true) {
                t.tester.packets().clear();
-               for (int count = 0; count < in_a_round; ++count) {
+               for (std::size_t count = 0; count < at_once; ++count) {
                  t.send_sd({.entries = {Trial::find_entry(t.profile.service())}});
                }
-               t.tester.receive(t.profile.timing.answer_within,
-                                [&] { return std::ranges::count_if(answers(0), is_ours) >= in_a_round; });
-               const SeenEntry* before = nullptr;
-               const auto all_seen = answers(0);
-               for (const SeenEntry& seen : all_seen) {
-                 if (!is_ours(seen) || (before != nullptr && seen.packet == before->packet)) {
-                   continue;
-                 }
-                 ++messages;
-                 t.require(value(seen.header.session) != 0, "Session ID", "not 0", "0", seen.packet);
-                 if (before != nullptr && value(seen.header.session) < value(before->header.session)) {
-                   t.equal("Session ID after 0xffff", 1, value(seen.header.session), seen.packet);
-                   t.equal("Session ID before it", 0xffff, value(before->header.session), before->packet);
+               std::vector<SeenEntry> seen_now;
+               std::size_t before = 0;
+               do {
+                 before = seen_now.size();
+                 t.tester.receive(before == 0 ? t.profile.timing.answer_within : silence, [&] {
+                   seen_now = answers();
+                   return seen_now.size() > before;
+                 });
+               } while (seen_now.size() > before && seen_now.size() < at_once);
+               if (seen_now.empty()) {
+                 t.inconclusive("Finds are not answered, so that nothing makes it count this far");
+               }
+               for (const SeenEntry& seen : seen_now) {
+                 const unsigned session = value(seen.header.session);
+                 t.require(session != 0, "Session ID", "not 0", "0", seen.packet);
+                 if (last && session < *last) {
+                   t.equal("Session ID after 0xffff", 1U, session, seen.packet);
+                   t.equal("Session ID before it", 0xffffU, *last, seen.packet);
                    t.equal("reboot flag after the wrap", false, seen.message.reboot(), seen.packet);
                    return;
                  }
-                 before = &seen;
+                 counted += last ? session - *last : 0;
+                 last = session;
                }
-               if (before == nullptr) {
-                 t.unsupported("Finds are not answered, so that nothing makes it count this far");
-               }
-               began = began.value_or(before->packet->time);
-               if (round == enough_to_tell) {
-                 if (messages * (rounds / enough_to_tell) < 0xffff) {
-                   t.unsupported(
-                       fmt::format("{} Finds are answered in {} messages: too few to come to 0xffff",
-                                   round * in_a_round, messages));
-                 }
-                 const Duration took = before->packet->time - *began;
-                 if (took * (0xffff / messages) > most) {
-                   t.inconclusive(
-                       fmt::format("{} Finds were answered within {:.1f} s: too slowly to come to 0xffff",
-                                   round * in_a_round, std::chrono::duration<double>(took).count()));
-                 }
+               // A device that answers slowly does not get there before the time of this case is over.
+               const auto took = std::chrono::steady_clock::now() - began;
+               if (took > 5s && (std::int64_t{0x10000} - *last) * took > counted * (100s - took)) {
+                 t.unsupported(
+                     fmt::format("the device counts {} Session IDs in {} s, too few to see it come to 0xffff",
+                                 counted, took / 1s));
                }
              }
-             t.inconclusive("the Session ID did not wrap");
            }},
       {.id = "sd.header.protocol-version",
        .title = "sends SD messages with Protocol Version 1",
@@ -252,13 +272,21 @@ void add_sd_message_cases(Cases& cases) {
        })},
       {.id = "sd.offer.first-option",
        .title = "answers a Find with an offer whose first options begin at index 0",
+       .level = tc8,
        .requirements = {"feat_req_someipsd_47"},
        .tc8 = {"SOMEIPSRV_FORMAT_12"},
        .run =
            [](Trial& t) {
              const SeenEntry offer =
                  t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service());
-             t.equal("index of the first options", 0, offer.entry.first_run.index, offer.packet);
+             // TC8 asks for index 0; the specification only for an endpoint there.
+             const bool all_there = offer.options().size() == offer.entry.option_count();
+             if (offer.entry.first_run.index != 0 && all_there && !offer.endpoints().empty()) {
+               t.nonstrict(fmt::format("the first options begin at index {}, where an endpoint is",
+                                       offer.entry.first_run.index));
+             } else {
+               t.equal("index of the first options", 0, offer.entry.first_run.index, offer.packet);
+             }
            }},
       {.id = "sd.offer.options",
        .title = "answers a Find with an offer that refers to an option at least",
@@ -390,24 +418,25 @@ void add_sd_message_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_01"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         t.equal("Length of the option", 5 + address_bytes(t), first_option(t, offer).size(), offer.packet);
+         t.equal("Length of the option", 5 + address_bytes(t), first_endpoint(t, offer).body.size(),
+                 offer.packet);
        })},
       {.id = "sd.option.endpoint.type",
        .title = "offers endpoints in options of type 4, or 6 with IPv6",
        .requirements = {"feat_req_someipsd_127"},
        .tc8 = {"SOMEIPSRV_OPTIONS_02"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         first_option(t, offer);
+         const sd::Option option = first_endpoint(t, offer);
          t.equal("type of the option",
                  t.profile.device.v6 ? sd::OptionType::ipv6_endpoint : sd::OptionType::ipv4_endpoint,
-                 offer.options().front().type, offer.packet);
+                 option.type, offer.packet);
        })},
       {.id = "sd.option.endpoint.reserved",
        .title = "leaves reserved bytes of endpoint options 0",
        .requirements = {"feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_03", "SOMEIPSRV_OPTIONS_05"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         const ByteView body = first_option(t, offer);
+         const ByteView body = first_endpoint(t, offer).body;
          t.equal("byte after the type", 0U, number(body, 0), offer.packet);
          t.equal("byte before the protocol", 0U, number(body, 1 + address_bytes(t)), offer.packet);
        })},
@@ -416,7 +445,7 @@ void add_sd_message_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_128", "feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_04"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         const ByteView body = first_option(t, offer);
+         const ByteView body = first_endpoint(t, offer).body;
          for (std::size_t at = 0; at < address_bytes(t); ++at) {
            t.equal("byte of the address", unsigned{t.profile.device.bytes[at]}, number(body, 1 + at),
                    offer.packet);
@@ -427,7 +456,7 @@ void add_sd_message_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_128", "feat_req_someipsd_129"},
        .tc8 = {"SOMEIPSRV_OPTIONS_06"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
-         const unsigned protocol = number(first_option(t, offer), 2 + address_bytes(t));
+         const unsigned protocol = number(first_endpoint(t, offer).body, 2 + address_bytes(t));
          t.require(protocol == 0x11 || protocol == 0x06, "L4 protocol", "0x11 or 0x06",
                    fmt::format("{:#04x}", protocol), offer.packet);
        })},
@@ -457,7 +486,8 @@ void add_sd_message_cases(Cases& cases) {
        .needs = Need::multicast_events,
        .run =
            multicast_option([](Trial& t, const SeenEntry& ack, const sd::EndpointOption&, const Endpoint&) {
-             t.equal("Length of the option", 5 + address_bytes(t), first_option(t, ack).size(), ack.packet);
+             t.equal("Length of the option", 5 + address_bytes(t), first_multicast(t, ack).body.size(),
+                     ack.packet);
            })},
       {.id = "sd.option.multicast.type",
        .title = "acknowledges a multicast eventgroup with an option of type 0x14",

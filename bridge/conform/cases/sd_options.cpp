@@ -47,7 +47,13 @@ Bytes sd_endpoint_option(const Endpoint& endpoint) {
 
 /// A port of ours that messages with this option name as their sender, with sessions of its own.
 struct Channel {
-  explicit Channel(Trial& t) : port{t.tester.open_udp()}, at{t.tester.local(port)} { t.hear_sd_at(at); }
+  /// Ends the case where the device does not know the option.
+  explicit Channel(Trial& t) : port{t.tester.open_udp()}, at{t.tester.local(port)} {
+    if (!t.profile.policy.sd_endpoint_option) {
+      t.unsupported("the profile says that the SD endpoint option is not known (policy: sd_endpoint_option)");
+    }
+    t.hear_sd_at(at);
+  }
 
   void send(Trial& t, SdStimulus stimulus) {
     // The option stands first, so that what entries refer to moves up.  [feat_req_someipsd_1151]
@@ -309,7 +315,7 @@ void add_sd_option_cases(Cases& cases) {
              t.event(someip::MethodId{0x8001}, since);
            }},
       {.id = "sd.endpoint-option.not-sent",
-       .title = "names its own SD endpoint at most once, first, and in no entry",
+       .title = "refers to no SD endpoint in its offers",
        .requirements = {"feat_req_someipsd_1082", "feat_req_someipsd_1114", "feat_req_someipsd_1151"},
        .run =
            [](Trial& t) {

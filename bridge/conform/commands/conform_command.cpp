@@ -24,6 +24,7 @@
 #include "bridge/conform/report.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
+#include "bridge/conform/tester.hpp"
 #include "bridge/documents/document.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
@@ -183,6 +184,17 @@ struct Begun {
   }
 };
 
+void prepare_folder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && ::access(folder.c_str(), W_OK | X_OK) != 0) {
+    error = std::error_code{errno, std::generic_category()};
+  }
+  if (error) {
+    throw CLI::ValidationError{"--out", "cannot write into '" + folder + "': " + error.message()};
+  }
+}
+
 /// Nothing, after it has said why, when the profile cannot be used.
 std::optional<Begun> begin(const Arguments& arguments) {
   std::vector<const Case*> cases = cases_of(arguments);
@@ -190,7 +202,7 @@ std::optional<Begun> begin(const Arguments& arguments) {
   if (!profile) {
     return std::nullopt;
   }
-  fs::create_directories(arguments.folder);
+  prepare_folder(arguments.folder);
   RunInfo info = info_of(arguments, *profile);
   // From here on they wait until somebody asks, so that the device is stopped and results are written. Where
   // nobody reads what is printed, that fails with an error, and the device is stopped, too.
@@ -222,12 +234,20 @@ int run(const Arguments& arguments) {
                                                 one.outcome.verdict == Verdict::error) {
                                               tree.add(one);
                                             }
+                                          },
+                                      .on_problem =
+                                          [&](const std::string& text) {
+                                            progress.clear();
+                                            fmt::print(stderr, "{}\n", text);
                                           }});
   progress.clear();
   write_results(result, info);
   fmt::print("{}\n{}report.html, results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
              summary(result, tree.colours()), tree.colours().dim, arguments.folder, arguments.seed,
              tree.colours().off);
+  if (!result.gave_up.empty()) {
+    fmt::print(stderr, "{}error:{} {}\n", tree.colours().red, tree.colours().off, result.gave_up);
+  }
   const bool good =
       !result.cancelled &&
       result.count(Verdict::fail) + result.count(Verdict::error) + result.count(Verdict::inconclusive) == 0;
@@ -350,7 +370,15 @@ void add_conform_command(CLI::App& app, int& status, const generate::SourceReade
       add_device(*one, *arguments);
     }
     one->footer(footer);
-    one->callback([arguments, action, &status] { status = action(*arguments); });
+    one->callback([arguments, action, &status] {
+      try {
+        status = action(*arguments);
+      } catch (const TesterError& error) {
+        // The addresses come from the profile and the command line.
+        fmt::print(stderr, "error: {}\n", error.what());
+        status = cli::exit_usage;
+      }
+    });
     return std::pair{one, arguments};
   };
   const auto [run_command, run_arguments] =

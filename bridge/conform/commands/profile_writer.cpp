@@ -272,6 +272,10 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
     all += timing_lines(*first.timing);
   }
   all +=
+      "# Where the specification leaves a choice, what the device is meant to do, such as:\n"
+      "# policy:\n#   answers_unknown_method: false\n#   refuses_unknown_subscriptions: false\n"
+      "#   sd_endpoint_option: false\n";
+  all +=
       "# How to start and stop it; without, cases that restart it are left out.\n"
       "# lifecycle:\n#   ask_operator: true\n";
   return written;

@@ -84,6 +84,35 @@ class Conform(unittest.TestCase):
         profile.write_text(PROFILE.read_text().replace('start: "{programs}', 'start: "cd / && WORD=1 {programs}', 1))
         self.assertIn("2 pass", conform("run", "sd.offer.ttl", "sd.stop-offer", "--dut", profile, *ADDRESSES, "--out", self.folder))
 
+    def test_tells_what_is_wrong_before_the_first_case(self):
+        command = ("run", "sd.offer.ttl", "--dut", PROFILE)
+        self.assertIn("cannot write into", conform(*command, *ADDRESSES, "--out", PROFILE / "x", status=2))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+            port.bind((ADDRESSES[3], 30490))
+            self.assertIn("another SOME/IP stack", conform(*command, *ADDRESSES, "--out", self.folder, status=2))
+        self.assertIn("cannot use 192.0.2.1", conform(*command, "--tester", "192.0.2.1", "--out", self.folder, status=2))
+
+    def test_gives_up_when_the_device_does_not_start(self):
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace("{programs}/ets_device", "{programs}/no_such_device"))
+        text = conform("run", "sd", "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
+        self.assertIn("the device exited with status 127 after its start", text)
+        self.assertIn("was not there for 3 cases in a row", text)
+        self.assertIn("3 inconclusive", text)
+
+    def test_lets_a_device_do_what_is_allowed(self):
+        # Replies to unknown methods are optional: TC8 alone asks for them.
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}\"\n",
+                                                       "--event-group {event_multicast} --fault error-lost\"\n", 1))
+        text = conform("run", "rpc.error", "--level", "must", "--dut", profile, *ADDRESSES, "--out", self.folder)
+        self.assertIn("5 unsupported", text)
+        # So is the SD endpoint option, which older editions do not know.
+        profile.write_text(PROFILE.read_text() + "policy: {sd_endpoint_option: false}\n")
+        text = conform("run", "sd.endpoint-option.find", "sd.endpoint-option.subscribe", "sd.endpoint-option.surplus",
+                       "--dut", profile, *ADDRESSES, "--out", self.folder)
+        self.assertIn("3 unsupported", text)
+
     def test_takes_its_address_from_an_interface(self):
         text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
                        "--out", self.folder)

@@ -77,6 +77,11 @@ TEST(Profile, TellsWhereAMistakeIs) {
   EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, "
                         "instance: 1, udp: 1, eventgroups: [{id: 1, initial_values: true}]}\n"),
               ElementsAre(testing::HasSubstr("'events' that have initial values")));
+  // Each key once, also those of sections that this profile does not have.
+  EXPECT_THAT(
+      errors_of(std::string{small} + "speed_of_light: 1\n"),
+      ElementsAre(testing::HasSubstr(
+          "known here: name, version, network, services, uses, ets, tp, timing, policy, lifecycle, faults")));
   EXPECT_FALSE(errors_of("").empty());
   EXPECT_FALSE(errors_of("name: [").empty());
 }

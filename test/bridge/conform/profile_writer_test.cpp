@@ -86,6 +86,7 @@ TEST(ProfileWriter, WritesWhatTheReaderReads) {
   // What may do harm, a person has to say; and no name gets out of its comment.
   EXPECT_FALSE(service.fire_and_forget);
   EXPECT_THAT(written.text, HasSubstr("# fire_and_forget: 0x0012  # ring?lifecycle"));
+  EXPECT_THAT(written.text, HasSubstr("# policy:\n#   answers_unknown_method: false\n"));
   EXPECT_FALSE(profile.can_restart());
 }
 

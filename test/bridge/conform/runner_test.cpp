@@ -200,7 +200,7 @@ TEST(Runner, DrawsTheSameNumbersForTheSameSeed) {
   one.run = [&](Trial& t) { drawn.push_back(t.random()); };
   Case other = one;
   other.id = "a.other";
-  for (const std::uint64_t seed : {1, 1, 2}) {
+  for (const std::uint64_t seed : {1U, 1U, 2U}) {
     RunOptions with = options();
     with.seed = seed;
     (void)run_cases(profile(), {&one, &other}, with);

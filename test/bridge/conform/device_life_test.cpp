@@ -1,0 +1,292 @@
+#include "bridge/conform/runner.hpp"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/trial.hpp"
+
+namespace trestle::conform::device_life_test {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::HasSubstr;
+
+/// Of this process alone, on loopback.
+IpAddress host(std::uint8_t last) {
+  const auto process = static_cast<unsigned>(getpid());
+  return IpAddress::v4(127, static_cast<std::uint8_t>(1 + (process >> 8U) % 254),
+                       static_cast<std::uint8_t>(process), static_cast<std::uint8_t>(last + 2));
+}
+
+/// Answers everything with the same message, and sends it by itself again and again. An offer is as much as
+/// it takes to be there.
+class SmallDevice {
+ public:
+  static Bytes offer() {
+    return SdStimulus{.entries = {{.type = sd::EntryType::offer_service, .service = service, .ttl_s = 3}}}
+        .encode(someip::SessionId{1}, true);
+  }
+  explicit SmallDevice(Bytes message = offer())
+      : message_{std::move(message)}, fd_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
+    sockaddr_in address{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
+    const IpAddress own = host(1);
+    std::memcpy(&address.sin_addr, own.bytes.data(), 4);
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    const timeval wait{.tv_sec = 0, .tv_usec = 20'000};
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+    thread_ = std::thread{[this] { serve(); }};
+  }
+  ~SmallDevice() {
+    ended_ = true;
+    thread_.join();
+    ::close(fd_);
+  }
+  SmallDevice(const SmallDevice&) = delete;
+  SmallDevice& operator=(const SmallDevice&) = delete;
+
+  static constexpr std::uint16_t port = 30490;
+  static constexpr someip::ServiceId service{1};
+
+ private:
+  void serve() const {
+    sockaddr_in last{};
+    while (!ended_) {
+      std::array<std::byte, 1500> room{};
+      sockaddr_in from{};
+      socklen_t size = sizeof from;
+      if (::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0) {
+        ::sendto(fd_, message_.data(), message_.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
+        last = from;
+      } else if (last.sin_port != 0) {
+        ::sendto(fd_, message_.data(), message_.size(), 0, reinterpret_cast<const sockaddr*>(&last), size);
+      }
+    }
+  }
+
+  Bytes message_;
+  int fd_;
+  std::atomic<bool> ended_ = false;
+  std::thread thread_;
+};
+
+Profile profile() {
+  return {.name = "D",
+          .device = host(1),
+          .tester = host(2),
+          .multicast = IpAddress::v4(239, 255, 77, 9),
+          .services = {{.service = someip::ServiceId{1}, .udp_port = std::uint16_t{30501}}}};
+}
+
+Case waiting(std::chrono::milliseconds budget) {
+  return {.id = "a.waits",
+          .title = "waits",
+          .requirements = {"feat_req_someip_45"},
+          .budget = budget,
+          .run = [](Trial& t) { t.tester.receive(1min, [] { return false; }); }};
+}
+
+RunOptions options() {
+  return {.folder = testing::TempDir(), .keep_evidence = false};
+}
+
+// --- What a right device may do ---------------------------------------------------------------------------
+
+sd::Entry answer(sd::EntryType type, std::uint16_t group, std::uint32_t ttl_s) {
+  return {.type = type,
+          .service = SmallDevice::service,
+          .major = 1,
+          .ttl_s = ttl_s,
+          .tail = sd::Entry::eventgroup_tail(someip::EventgroupId{group}, 0, false)};
+}
+
+Attempt attempt_of(const Case& one, Profile with = profile()) {
+  const RunResult result = run_cases(with, {&one}, options());
+  return result.cases.at(0).outcome;
+}
+
+Case subscribing() {
+  Case one = waiting(10s);
+  one.run = [](Trial& t) {
+    t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{1}, {t.own_endpoint()}));
+  };
+  return one;
+}
+
+TEST(Trial, TakesALateAnswerToSomethingElseForNoAnswer) {
+  using enum sd::EntryType;
+  const sd::Entry offer = answer(offer_service, 0, 3);
+  {
+    const SmallDevice device{SdStimulus{
+        .entries = {offer, answer(subscribe_eventgroup_ack, 9, 0), answer(subscribe_eventgroup_ack, 1, 30)}}
+                                 .encode(someip::SessionId{1}, true)};
+    EXPECT_EQ(attempt_of(subscribing()).verdict, Verdict::pass);
+  }
+  {
+    const SmallDevice device{SdStimulus{.entries = {offer, answer(subscribe_eventgroup_ack, 9, 30)}}.encode(
+        someip::SessionId{1}, true)};
+    EXPECT_THAT(attempt_of(subscribing()).reason, HasSubstr("another eventgroup"));
+  }
+  // It shows that a Find was answered even less.
+  const SmallDevice device{
+      SdStimulus{.entries = {answer(subscribe_eventgroup_ack, 1, 0)}}.encode(someip::SessionId{1}, true)};
+  Profile quick = profile();
+  quick.timing.answer_within = 50ms;
+  quick.timing.ready_within = 10ms;
+  EXPECT_FALSE(attempt_of(subscribing(), quick).alive_before);
+}
+
+/// An offer with a configuration option before the endpoint, from Client ID `client`.
+Bytes odd_offer(std::uint16_t client) {
+  SdStimulus message{.entries = {answer(sd::EntryType::offer_service, 0, 3)}};
+  message.entries.front().tail = 0;
+  message.options = {bytes({0, 6, 1, 0, 3, 'a', '=', 'b', 0}),
+                     endpoint_option({host(1), 30501}, Transport::udp)};
+  message.entries.front().first_run = {.index = 0, .count = 2};
+  Bytes all = message.encode(someip::SessionId{1}, true);
+  all[8] = static_cast<std::byte>(client >> 8U);
+  all[9] = static_cast<std::byte>(client);
+  return all;
+}
+
+std::vector<Verdict> verdicts_of(const std::vector<std::string>& ids) {
+  Profile with = profile();
+  with.timing.cyclic_offer_delay = 20ms;
+  std::vector<Verdict> all;
+  for (const CaseResult& one : run_cases(with, choose(all_cases(), ids, Level::tc8), options()).cases) {
+    all.push_back(one.outcome.verdict);
+  }
+  return all;
+}
+
+TEST(Cases, LookForTheEndpointAmongOtherOptions) {
+  const SmallDevice device{odd_offer(0)};
+  EXPECT_THAT(
+      verdicts_of({"sd.option.endpoint.length", "sd.option.endpoint.type", "sd.option.endpoint.reserved",
+                   "sd.option.endpoint.address", "sd.option.endpoint.protocol"}),
+      testing::AllOf(testing::SizeIs(5), testing::Each(Verdict::pass)));
+}
+
+TEST(Cases, KnowAPrefixOfClientIds) {
+  {
+    const SmallDevice device{odd_offer(0x0100)};
+    EXPECT_THAT(verdicts_of({"sd.header.client-id"}), testing::ElementsAre(Verdict::pass_nonstrict));
+  }
+  const SmallDevice device{odd_offer(0x0101)};
+  EXPECT_THAT(verdicts_of({"sd.header.client-id"}), testing::ElementsAre(Verdict::fail));
+}
+
+// --- What becomes of a device that the tester starts ----------------------------------------------------
+
+Case nothing_to_do(std::string id) {
+  Case one = waiting(10s);
+  one.id = std::move(id);
+  one.run = [](Trial&) {};
+  return one;
+}
+
+/// A folder of its own for device.log.
+RunOptions with_log(const char* name) {
+  RunOptions with = options();
+  with.folder = testing::TempDir() + name + std::to_string(getpid());
+  std::filesystem::create_directories(with.folder);
+  std::filesystem::remove(with.folder + "/device.log");
+  return with;
+}
+
+std::string log_of(const RunOptions& with) {
+  std::ifstream file{with.folder + "/device.log"};
+  return {std::istreambuf_iterator<char>{file}, {}};
+}
+
+TEST(DeviceLife, StartsADeviceByAnyCommandOfAShell) {
+  const SmallDevice device;
+  Profile with_command = profile();
+  for (const char* command :
+       {"cd / && sh -c 'echo here; sleep 600'", "WORD=here sh -c 'echo $WORD; sleep 600'",
+        "exec sh -c 'echo here; sleep 600'", "sh -c 'echo here; sleep 600' & wait"}) {
+    with_command.lifecycle.start = command;
+    const RunOptions with = with_log("any_command");
+    Case one = nothing_to_do("a.one");
+    one.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "here\n"; }); };
+    const RunResult result = run_cases(with_command, {&one}, with);
+    ASSERT_EQ(result.cases.size(), 1U);
+    EXPECT_TRUE(result.cases[0].outcome.alive_before) << command << result.cases[0].outcome.reason;
+    EXPECT_EQ(log_of(with), "here\n") << command;
+  }
+}
+
+TEST(DeviceLife, WaitsForAllThatTheCommandStarted) {
+  const SmallDevice device;
+  Profile with_command = profile();
+  // The shell ends first; what it began takes its time.
+  with_command.lifecycle.start =
+      "sh -c 'trap \"sleep 0.2; echo over; exit\" TERM; echo on; while :; do sleep 0.01; done' & wait";
+  const RunOptions with = with_log("all_ended");
+  Case one = nothing_to_do("a.one");
+  one.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "on\n"; }); };
+  (void)run_cases(with_command, {&one}, with);
+  // The shell may say something of its own in between.
+  EXPECT_THAT(log_of(with), testing::EndsWith("over\n"));
+}
+
+TEST(DeviceLife, SaysThatTheDeviceHasEndedAndStartsItAgain) {
+  const SmallDevice device;
+  Profile with_command = profile();
+  const RunOptions with = with_log("ended");
+  const std::string go = with.folder + "/go";
+  std::filesystem::remove(go);
+  with_command.lifecycle.start =
+      "echo start; while [ ! -e " + go + " ]; do sleep 0.01; done; rm " + go + "; exit 3";
+  Case dies = nothing_to_do("a.dies");
+  dies.run = [&](Trial& t) {
+    std::ofstream{go} << "now";
+    t.tester.receive(9s, [] { return false; });
+  };
+  Case next = nothing_to_do("a.next");
+  next.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "start\nstart\n"; }); };
+  const RunResult result = run_cases(with_command, {&dies, &next}, with);
+  ASSERT_EQ(result.cases.size(), 2U);
+  EXPECT_EQ(result.cases[0].outcome.verdict, Verdict::fail);
+  EXPECT_EQ(result.cases[0].outcome.reason, "the device exited with status 3; see device.log");
+  EXPECT_TRUE(result.cases[1].outcome.alive_before) << result.cases[1].outcome.reason;
+  EXPECT_EQ(log_of(with), "start\nstart\n");
+}
+
+TEST(DeviceLife, GivesUpWhenTheDeviceIsNotThere) {
+  Profile without = profile();
+  without.timing.answer_within = 10ms;
+  without.timing.ready_within = 10ms;
+  const Case one = nothing_to_do("a.one");
+  std::vector<std::string> problems;
+  RunOptions with = with_log("absent");
+  with.on_problem = [&](const std::string& text) { problems.push_back(text); };
+  const Case last = nothing_to_do("a.last");
+  const std::vector<const Case*> all{&one, &one, &one, &one, &last};
+  RunResult result = run_cases(without, all, with);
+  EXPECT_EQ(result.cases.size(), most_absences);
+  EXPECT_TRUE(result.cancelled);
+  EXPECT_THAT(result.gave_up, testing::AllOf(HasSubstr("3 cases in a row"), HasSubstr("service 0x0001")));
+  EXPECT_THAT(problems, testing::ElementsAre(HasSubstr("the device does not answer after its start")));
+  // Nor is one there that ends as soon as it is started.
+  without.lifecycle.start = "exit 3";
+  without.timing.answer_within = 5s;
+  result = run_cases(without, all, with);
+  EXPECT_EQ(result.cases.size(), most_absences);
+  EXPECT_EQ(result.cases[0].outcome.verdict, Verdict::inconclusive);
+  EXPECT_EQ(result.cases[0].outcome.reason,
+            "the device exited with status 3 before the case began; see device.log");
+  EXPECT_THAT(result.gave_up, HasSubstr("device.log"));
+}
+
+}  // namespace
+}  // namespace trestle::conform::device_life_test
