@@ -1,19 +1,17 @@
 #include "bridge/conform/runner.hpp"
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/trial.hpp"
+#include "test/bridge/conform/small_device.hpp"
 
 namespace trestle::conform::device_life_test {
 namespace {
@@ -21,69 +19,13 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-/// Of this process alone, on loopback.
-IpAddress host(std::uint8_t last) {
-  const auto process = static_cast<unsigned>(getpid());
-  return IpAddress::v4(127, static_cast<std::uint8_t>(1 + (process >> 8U) % 254),
-                       static_cast<std::uint8_t>(process), static_cast<std::uint8_t>(last + 2));
-}
-
-/// Answers everything with the same message, and sends it by itself again and again. An offer is as much as
-/// it takes to be there.
-class SmallDevice {
- public:
-  static Bytes offer() {
-    return SdStimulus{.entries = {{.type = sd::EntryType::offer_service, .service = service, .ttl_s = 3}}}
-        .encode(someip::SessionId{1}, true);
-  }
-  explicit SmallDevice(Bytes message = offer())
-      : message_{std::move(message)}, fd_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
-    sockaddr_in address{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
-    const IpAddress own = host(1);
-    std::memcpy(&address.sin_addr, own.bytes.data(), 4);
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    const timeval wait{.tv_sec = 0, .tv_usec = 20'000};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-    thread_ = std::thread{[this] { serve(); }};
-  }
-  ~SmallDevice() {
-    ended_ = true;
-    thread_.join();
-    ::close(fd_);
-  }
-  SmallDevice(const SmallDevice&) = delete;
-  SmallDevice& operator=(const SmallDevice&) = delete;
-
-  static constexpr std::uint16_t port = 30490;
-  static constexpr someip::ServiceId service{1};
-
- private:
-  void serve() const {
-    sockaddr_in last{};
-    while (!ended_) {
-      std::array<std::byte, 1500> room{};
-      sockaddr_in from{};
-      socklen_t size = sizeof from;
-      if (::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0) {
-        ::sendto(fd_, message_.data(), message_.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
-        last = from;
-      } else if (last.sin_port != 0) {
-        ::sendto(fd_, message_.data(), message_.size(), 0, reinterpret_cast<const sockaddr*>(&last), size);
-      }
-    }
-  }
-
-  Bytes message_;
-  int fd_;
-  std::atomic<bool> ended_ = false;
-  std::thread thread_;
-};
+using namespace small_device;
 
 Profile profile() {
   return {.name = "D",
           .device = host(1),
           .tester = host(2),
-          .multicast = IpAddress::v4(239, 255, 77, 9),
+          .multicast = group_of_test,
           .services = {{.service = someip::ServiceId{1}, .udp_port = std::uint16_t{30501}}}};
 }
 

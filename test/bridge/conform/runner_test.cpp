@@ -1,18 +1,13 @@
 #include "bridge/conform/runner.hpp"
 
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <atomic>
-#include <cstring>
 #include <filesystem>
 #include <set>
-#include <thread>
 
 #include "bridge/conform/trial.hpp"
+#include "test/bridge/conform/small_device.hpp"
 
 namespace trestle::conform::runner_test {
 namespace {
@@ -20,91 +15,13 @@ namespace {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-/// Of this process alone, on loopback.
-IpAddress host(std::uint8_t last) {
-  const auto process = static_cast<unsigned>(getpid());
-  return IpAddress::v4(127, static_cast<std::uint8_t>(1 + (process >> 8U) % 254),
-                       static_cast<std::uint8_t>(process), last);
-}
-
-const IpAddress group = IpAddress::v4(239, 255, 77, 9);
-
-/// Answers everything with the same offer: as much as it takes to be there.
-class SmallDevice {
- public:
-  enum class Way : std::uint8_t {
-    answers,
-    offers,  ///< answers nothing, but repeats its offer
-  };
-  explicit SmallDevice(Way way = Way::answers)
-      : way_{way}, fd_{::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
-    sockaddr_in address{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
-    const IpAddress own = host(1);
-    std::memcpy(&address.sin_addr, own.bytes.data(), 4);
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    const timeval wait{.tv_sec = 0, .tv_usec = 20'000};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-    ::setsockopt(fd_, IPPROTO_IP, IP_MULTICAST_IF, &address.sin_addr, sizeof address.sin_addr);
-    thread_ = std::thread{[this] { serve(); }};
-  }
-  ~SmallDevice() {
-    ended_ = true;
-    thread_.join();
-    ::close(fd_);
-  }
-  SmallDevice(const SmallDevice&) = delete;
-  SmallDevice& operator=(const SmallDevice&) = delete;
-
-  static constexpr std::uint16_t port = 30490;
-
-  /// Does nothing any more, until this file is there.
-  void die(std::string until) {
-    file_ = std::move(until);
-    dead_ = true;
-  }
-
- private:
-  void serve() {
-    const Bytes offer = SdStimulus{
-        .entries = {
-            {.type = sd::EntryType::offer_service,
-             .service = someip::ServiceId{1},
-             .instance = someip::InstanceId{1},
-             .ttl_s = 3}}}.encode(someip::SessionId{1}, true);
-    sockaddr_in everybody{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {}, .sin_zero = {}};
-    std::memcpy(&everybody.sin_addr, group.bytes.data(), 4);
-    while (!ended_) {
-      std::array<std::byte, 1500> room{};
-      sockaddr_in from{};
-      socklen_t size = sizeof from;
-      const bool asked =
-          ::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0;
-      if (dead_ && !std::filesystem::exists(file_)) {
-        continue;
-      }
-      dead_ = false;
-      if (way_ == Way::offers) {
-        ::sendto(fd_, offer.data(), offer.size(), 0, reinterpret_cast<const sockaddr*>(&everybody),
-                 sizeof everybody);
-      } else if (asked) {
-        ::sendto(fd_, offer.data(), offer.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
-      }
-    }
-  }
-
-  Way way_;
-  int fd_;
-  std::string file_;
-  std::atomic<bool> dead_ = false;
-  std::atomic<bool> ended_ = false;
-  std::thread thread_;
-};
+using namespace small_device;
 
 Profile profile() {
   return {.name = "D",
           .device = host(1),
           .tester = host(2),
-          .multicast = group,
+          .multicast = group_of_test,
           .services = {{.service = someip::ServiceId{1},
                         .instance = someip::InstanceId{1},
                         .udp_port = std::uint16_t{30501}}}};
@@ -123,7 +40,7 @@ RunOptions options() {
 }
 
 TEST(Runner, EndsACaseThatIsOverItsBudget) {
-  const SmallDevice device;
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   const Case endless = waiting(50ms);
   const RunResult result = run_cases(profile(), {&endless}, options());
   ASSERT_EQ(result.cases.size(), 1U);
@@ -134,7 +51,7 @@ TEST(Runner, EndsACaseThatIsOverItsBudget) {
 }
 
 TEST(Runner, KeepsAFailureThatWasNotedBeforeTheBudgetWasOver) {
-  const SmallDevice device;
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   Case endless = waiting(50ms);
   endless.run = [](Trial& t) {
     t.different("TTL", "3", "4", nullptr);
@@ -146,7 +63,7 @@ TEST(Runner, KeepsAFailureThatWasNotedBeforeTheBudgetWasOver) {
 }
 
 TEST(Runner, ReturnsWhatItHasWhenItIsCancelled) {
-  const SmallDevice device;
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   Case quick = waiting(1s);
   quick.id = "a.quick";
   quick.run = [](Trial&) {};
@@ -163,7 +80,7 @@ TEST(Runner, ReturnsWhatItHasWhenItIsCancelled) {
 }
 
 TEST(Runner, StartsADeviceAnewThatACaseHasKilled) {
-  SmallDevice device;
+  SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   const std::string file = testing::TempDir() + "/revived." + std::to_string(getpid());
   Case deadly = waiting(30s);
   deadly.run = [&](Trial&) { device.die(file); };
@@ -181,7 +98,7 @@ TEST(Runner, StartsADeviceAnewThatACaseHasKilled) {
 }
 
 TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
-  const SmallDevice device{SmallDevice::Way::offers};
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::to_group};
   Case quick = waiting(30s);
   quick.run = [](Trial& t) { t.pass(); };
   Profile with = profile();
@@ -194,7 +111,7 @@ TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
 }
 
 TEST(Runner, DrawsTheSameNumbersForTheSameSeed) {
-  const SmallDevice device;
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   std::vector<std::uint64_t> drawn;
   Case one = waiting(1s);
   one.run = [&](Trial& t) { drawn.push_back(t.random()); };
