@@ -459,6 +459,11 @@ class HiddenSamples final : private eprosima::fastdds::rtps::IReaderDataFilter {
     return progress;
   }
 
+  /// Has all readers tell what they have acknowledged. Fast DDS itself asks no more when the newest sample is
+  /// a hidden one, which it tells of in a GAP: a reader that learns of the sample from that one has no reason
+  /// to answer.
+  void ask_readers() { writer_->send_periodic_heartbeat(/*final=*/false, /*liveliness=*/true); }
+
  private:
   [[nodiscard]] bool is_relevant(const rtps::CacheChange_t& change, const Guid& reader) const override {
     return change.write_params.related_sample_identity().writer_guid() != change.writerGUID &&
@@ -474,6 +479,7 @@ class HiddenSamples {
   static constexpr bool are_possible = false;
   explicit HiddenSamples(const DataWriter& /*writer*/) {}
   [[nodiscard]] static ReaderProgress progress_of(const Guid& /*reader*/) { return {}; }
+  static void ask_readers() {}
 };
 #endif
 

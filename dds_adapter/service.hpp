@@ -143,6 +143,7 @@ struct RequestId {
   std::uint64_t client = 0;          ///< cyclonedds alone, to be repeated; as the next
   std::int64_t number = 0;
   bool from_bridge = false;  ///< as Sample::from_bridge()
+  bool early = false;        ///< it came before DDS had told of its writer
 };
 
 /// What a server has seen since it was made.

@@ -16,6 +16,7 @@ struct ServiceServer::State {
   struct Request {
     Sample sample;
     RosForm form;
+    bool early;  ///< as in RequestId
   };
   /// A reply whose reader has not been found yet.
   struct Waiting {
@@ -87,7 +88,8 @@ struct ServiceServer::State {
     std::optional<Request> dropped;  // whose memory DDS gets back when nothing is locked
     {
       const std::lock_guard lock{mutex};
-      dropped = requests.add(participant_of(sender), {std::move(sample), form});
+      const bool early = !request_writers.contains(sender);
+      dropped = requests.add(participant_of(sender), {std::move(sample), form, early});
       counters.dropped += dropped ? 1 : 0;
     }
     wake();
@@ -104,7 +106,8 @@ struct ServiceServer::State {
     RequestId id{.request = request.sample.id(),
                  .reply_to = {},
                  .form = request.form,
-                 .from_bridge = request.sample.from_bridge()};
+                 .from_bridge = request.sample.from_bridge(),
+                 .early = request.early};
     if (request.form == RosForm::cyclonedds) {
       const auto header = detail::inline_header(request.sample.cdr());
       if (!header) {
@@ -133,9 +136,9 @@ struct ServiceServer::State {
                            : reply_readers.any_there([&](const Guid& found_reader, Vendor /*vendor*/) {
                                return detail::same_participant(found_reader, id.request.writer);
                              });
-    return found                                         ? Client::there
-           : request_writers.contains(id.request.writer) ? Client::not_yet
-                                                         : Client::gone;
+    return found                                                     ? Client::there
+           : id.early || request_writers.contains(id.request.writer) ? Client::not_yet
+                                                                     : Client::gone;
   }
 
   void send(const RequestId& id, std::span<const ByteView> slices) {

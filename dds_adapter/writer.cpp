@@ -48,11 +48,17 @@ class SessionStart {
       return true;
     }
     if (const std::uint64_t began = began_with(reader); began != 0) {
-      return progress.acknowledged >= began;
+      if (progress.acknowledged >= began) {
+        return true;
+      }
+      if (is_time_to_ask(reader)) {
+        hidden_.ask_readers();
+      }
+      return false;
     }
     if (const std::uint64_t number = progress.is_there ? write() : 0; number != 0) {
       const std::lock_guard lock{mutex_};
-      began_.emplace(reader, number);
+      began_.emplace(reader, Began{number, std::chrono::steady_clock::now()});
     }
     return false;
   }
@@ -64,10 +70,28 @@ class SessionStart {
   }
 
  private:
+  struct Began {
+    std::uint64_t number = 0;                     ///< of the sample that no reader gets
+    std::chrono::steady_clock::time_point asked;  ///< when the reader was last asked to acknowledge it
+  };
+
   [[nodiscard]] std::uint64_t began_with(const fast::Guid& reader) const {
     const std::lock_guard lock{mutex_};
     const auto began = began_.find(reader);
-    return began == began_.end() ? 0 : began->second;
+    return began == began_.end() ? 0 : began->second.number;
+  }
+
+  /// Not at once: most readers acknowledge unasked.
+  bool is_time_to_ask(const fast::Guid& reader) {
+    constexpr std::chrono::milliseconds patience{50};
+    const auto now = std::chrono::steady_clock::now();
+    const std::lock_guard lock{mutex_};
+    const auto began = began_.find(reader);
+    if (began == began_.end() || now - began->second.asked < patience) {
+      return false;
+    }
+    began->second.asked = now;
+    return true;
   }
 
   /// Since the first question, which comes as soon as the writer has found the reader.
@@ -84,7 +108,7 @@ class SessionStart {
 
   fast::HiddenSamples hidden_;
   mutable std::mutex mutex_;
-  std::map<fast::Guid, std::uint64_t> began_;
+  std::map<fast::Guid, Began> began_;
   std::map<fast::Guid, std::chrono::steady_clock::time_point> first_asked_;
 };
 
@@ -127,6 +151,10 @@ class WriterCore final : private fast::WriterListener {
   ~WriterCore() override {
     large_.stop();
     writer_->set_listener(nullptr);
+    // Deleting a writer gives its samples back one by one, and a heartbeat that is due meanwhile looks at
+    // them: of some the number is gone, and Fast DDS 2.9 counts towards it for ever, with the writer locked.
+    // Without samples it has nothing to count.
+    writer_->clear_history(nullptr);
     participant_->remove(&endpoint_, writer_->guid());
     participant_->publisher()->delete_datawriter(writer_);
     participant_->drop_topic(endpoint_.topic);
