@@ -61,8 +61,8 @@ const RequirementRow* find_requirement(std::string_view id) {
 
 std::span<const Tc8Row> tc8_cases() {
   static const std::vector<Tc8Row> rows =
-      read_table<Tc8Row>(tc8_csv(), 4, [](std::vector<std::string>& fields) {
-        return Tc8Row{fields[0], fields[1], fields[2], fields[3]};
+      read_table<Tc8Row>(tc8_csv(), 5, [](std::vector<std::string>& fields) {
+        return Tc8Row{fields[0], fields[1], fields[2], fields[3], fields[4]};
       });
   return rows;
 }

@@ -54,6 +54,8 @@ struct Tc8Row {
   std::string title;
   std::string stimulus;  ///< what the tester sends
   std::string expected;  ///< what the device has to do
+  /// Why no case of bridge/conform/cases is about it; empty: there is one.
+  std::string why_no_case;
 };
 [[nodiscard]] std::span<const Tc8Row> tc8_cases();
 /// Null: there is none of this id.

@@ -83,6 +83,11 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
   return all + "    </testcase>\n";
 }
 
+std::string tc8_lines(const Tc8Row& row) {
+  return fmt::format("{}: {}\n    sent: {}\n    expected: {}\n", row.id, row.title, row.stimulus,
+                     row.expected);
+}
+
 }  // namespace
 
 const char* colour_of(Verdict verdict, const cli::Colours& colours) noexcept {
@@ -107,6 +112,10 @@ std::string group_of(const std::string& id) {
 
 std::string area_of(const std::string& id) {
   return id.substr(0, id.find('.'));
+}
+
+std::string explanation(const Tc8Row& row) {
+  return fmt::format("{}    no case: {}\n", tc8_lines(row), row.why_no_case);
 }
 
 std::string case_text(const CaseResult& result, const RunInfo& info, const cli::Colours& colours) {
@@ -144,8 +153,7 @@ std::string explanation(const Case& one) {
   }
   for (const Tc8Id& id : one.tc8) {
     if (const Tc8Row* row = find_tc8(id.text())) {
-      all += fmt::format("  {}: {}\n    sent: {}\n    expected: {}\n", row->id, row->title, row->stimulus,
-                         row->expected);
+      all += "  " + tc8_lines(*row);
     }
   }
   return all;

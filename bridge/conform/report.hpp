@@ -27,6 +27,8 @@ struct RunInfo {
                                     const cli::Colours& colours);
 /// What a case is about, for `trestle conform explain`.
 [[nodiscard]] std::string explanation(const Case& one);
+/// The same of a TC8 case that no case of ours is about, with the reason why.
+[[nodiscard]] std::string explanation(const Tc8Row& row);
 /// The last lines: how many of each verdict.
 [[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
 

@@ -55,9 +55,18 @@ Level level_of(const std::string& word) {
   return word == "must" ? Level::must : word == "should" ? Level::should : Level::tc8;
 }
 
+/// The TC8 case of this id, when there is a reason why no case is about it. Null: it is something else.
+const Tc8Row* without_case(const std::string& selector) {
+  const Tc8Row* row = find_tc8(selector);
+  return row != nullptr && !row->why_no_case.empty() ? row : nullptr;
+}
+
 /// The cases that are asked for. A selector that chooses none is a mistake.
 std::vector<const Case*> cases_of(const Arguments& arguments) {
   for (const std::string& selector : arguments.selectors) {
+    if (const Tc8Row* row = without_case(selector)) {
+      throw CLI::ValidationError{selector, "has no case: " + row->why_no_case};
+    }
     if (choose(all_cases(), {selector}, Level::tc8).empty()) {
       throw CLI::ValidationError{
           selector,
@@ -267,8 +276,19 @@ int list(const Arguments& arguments) {
 }
 
 int explain(const Arguments& arguments) {
-  for (const Case* one : cases_of(arguments)) {
-    fmt::print("{}", explanation(*one));
+  Arguments with_case = arguments;
+  std::erase_if(with_case.selectors,
+                [](const std::string& selector) { return without_case(selector) != nullptr; });
+  // No selector at all means all cases.
+  if (arguments.selectors.empty() || !with_case.selectors.empty()) {
+    for (const Case* one : cases_of(with_case)) {
+      fmt::print("{}", explanation(*one));
+    }
+  }
+  for (const std::string& selector : arguments.selectors) {
+    if (const Tc8Row* row = without_case(selector)) {
+      fmt::print("{}", explanation(*row));
+    }
   }
   return cli::exit_ok;
 }

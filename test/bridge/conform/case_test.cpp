@@ -48,6 +48,18 @@ TEST(Catalogue, HasAllRows) {
   EXPECT_EQ(find_tc8("SOMEIPSRV_FORMAT_99"), nullptr);
 }
 
+TEST(Catalogue, HasACaseForEachOfTc8OrTheReasonWhyNot) {
+  std::set<std::string_view> with_case;
+  for (const Case& one : all_cases()) {
+    for (const Tc8Id& id : one.tc8) {
+      with_case.insert(id.text());
+    }
+  }
+  for (const Tc8Row& row : tc8_cases()) {
+    EXPECT_EQ(row.why_no_case.empty(), with_case.contains(row.id)) << row.id << ": " << row.why_no_case;
+  }
+}
+
 Case sample() {
   return {.id = "sd.offer.ttl",
           .title = "offers",

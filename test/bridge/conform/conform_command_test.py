@@ -3,6 +3,7 @@
 
 Usage: conform_command_test.py TRESTLE SOURCE_FOLDER
 """
+import csv
 import json
 import os
 import pathlib
@@ -235,6 +236,25 @@ class Conform(unittest.TestCase):
         text = conform("explain", "sd.offer.ttl")
         self.assertIn("feat_req_someipsd_253: Offer fields", text)
         self.assertIn("SOMEIPSRV_FORMAT_17", text)
+
+    def test_says_why_a_tc8_case_has_no_case(self):
+        """As the documentation does."""
+        with (pathlib.Path(SOURCE) / "bridge" / "conform" / "catalogue" / "tc8.csv").open(newline="") as file:
+            why = {row["id"]: row["why-there-is-no-case"] for row in csv.DictReader(file) if row["why-there-is-no-case"]}
+        self.assertIn("SOMEIP_ETS_120", why)
+        documentation = (pathlib.Path(SOURCE) / "docs" / "conform.md").read_text()
+        for case, reason in why.items():
+            text = conform("explain", case)
+            self.assertTrue(text.startswith(f"{case}: "), text)
+            self.assertIn(f"no case: {reason}\n", text)
+            self.assertNotIn("role ", text)  # of a case
+            self.assertIn(f"| {case} | {reason} |\n", documentation)
+            self.assertIn(f"has no case: {reason}", conform("list", case, status=2))
+        self.assertEqual(documentation.count("| SOMEIP"), len(why))
+        # Beside one that has a case.
+        text = conform("explain", "SOMEIP_ETS_120", "sd.offer.ttl")
+        self.assertRegex(text, r"(?s)^sd\.offer\.ttl\n.*\nSOMEIP_ETS_120: ")
+        self.assertEqual(len(re.findall(r"^  The device ", text, re.MULTILINE)), 1)
 
     def test_refuses_what_it_does_not_know(self):
         self.assertIn("chooses no case", conform("list", "sd.ofer", status=2))
