@@ -29,6 +29,8 @@ struct Run {
   SdSessions sessions{};
   /// It has answered since it was started last.
   bool has_answered = false;
+  /// But before or after the case that was last, it did not.
+  bool lost = false;
 };
 
 /// Somebody wants the run to end.
@@ -118,11 +120,19 @@ bool await_device(Run& run) {
   return run.has_answered;
 }
 
-void start_again_if_ended(Run& run) {
+/// A device that has ended is started again, and one that answers no more is started anew, where the profile
+/// has a command for it. One that never answered would not do so then either.
+/// @throws DeviceEnded when it ends once more.
+void bring_back(Run& run) {
+  const LifecycleProfile& commands = run.profile.lifecycle;
   if (run.device.ended()) {
     run.device.start();
-    (void)await_device(run);
+  } else if (run.lost && run.has_answered && !(commands.start.empty() && commands.restart.empty())) {
+    run.device.restart(true);
+  } else {
+    return;
   }
+  (void)await_device(run);
 }
 
 Attempt absent(const DeviceEnded& ended) {
@@ -131,10 +141,12 @@ Attempt absent(const DeviceEnded& ended) {
           .alive_before = false};
 }
 
+/// With a device that answers, where that can be.
 Attempt attempt_at(const Case& one, Run& run) {
   try {
-    start_again_if_ended(run);
+    bring_back(run);
   } catch (const DeviceEnded& ended) {
+    run.tester.close_all();
     return absent(ended);
   }
   Watch watch{run};
@@ -184,27 +196,9 @@ void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResul
       << pcapng(run.tester.packets(), title);
 }
 
-/// A device that answers no more after a case is started anew, so that the next case has one. One that never
-/// answered would not do so then either.
-void revive(Run& run) {
-  const LifecycleProfile& commands = run.profile.lifecycle;
-  if (run.has_answered && !(commands.start.empty() && commands.restart.empty())) {
-    run.device.restart(true);
-    try {
-      (void)await_device(run);
-    } catch (const DeviceEnded&) {
-      // The next case says so.
-      run.tester.close_all();
-    }
-  }
-}
-
-/// Leaves a device that answers, where that can be.
-Attempt attempt_with_device(const Case& one, Run& run) {
+Attempt attempt_and_look(const Case& one, Run& run) {
   Attempt outcome = attempt_at(one, run);
-  if (!outcome.alive_before || !outcome.alive_after) {
-    revive(run);
-  }
+  run.lost = !outcome.alive_before || !outcome.alive_after;
   return outcome;
 }
 
@@ -216,7 +210,7 @@ CaseResult run_one(const Case& one, Run& run, bool once) {
     result.outcome = {.verdict = Verdict::unsupported, .reason = *why};
     return result;
   }
-  result.outcome = attempt_with_device(one, run);
+  result.outcome = attempt_and_look(one, run);
   for (result.attempts = 1;
        try_again(result.outcome, result.attempts) && !(once && !result.outcome.alive_before);
        ++result.attempts) {
@@ -227,7 +221,7 @@ CaseResult run_one(const Case& one, Run& run, bool once) {
     } catch (const DeviceEnded&) {
       // It is started again.
     }
-    result.outcome = attempt_with_device(one, run);
+    result.outcome = attempt_and_look(one, run);
   }
   if (run.options.keep_evidence) {
     write_evidence(one, result.outcome, run, result);
@@ -304,6 +298,10 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
         result.cancelled = true;
         break;
       }
+    }
+    // One that the tester does not stop is there for the next run.
+    if (profile.lifecycle.start.empty()) {
+      bring_back(run);
     }
   } catch (const Cancelled&) {
     result.cancelled = true;

@@ -97,6 +97,19 @@ TEST(Runner, StartsADeviceAnewThatACaseHasKilled) {
   EXPECT_EQ(result.cases[1].attempts, 1);
 }
 
+TEST(Runner, LeavesADeviceThatItDoesNotStopAlive) {
+  SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
+  const std::string file = testing::TempDir() + "/left." + std::to_string(getpid());
+  Case deadly = waiting(30s);
+  deadly.run = [&](Trial&) { device.die(file); };
+  Profile with = profile();
+  with.timing.answer_within = 300ms;
+  with.lifecycle.restart = "touch " + file;
+  const RunResult result = run_cases(with, {&deadly}, options());
+  EXPECT_EQ(result.cases.at(0).outcome.verdict, Verdict::fail);
+  EXPECT_TRUE(std::filesystem::remove(file));
+}
+
 TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
   const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::to_group};
   Case quick = waiting(30s);
