@@ -5,6 +5,7 @@
 //   stimulus.hpp   what is sent, as bytes, right or wrong on purpose
 //   tester.hpp     sockets of our own; packet.hpp, capture_writer.hpp: the evidence
 //   profile.hpp    what is known of the device; device.hpp: starts and stops it
+//   restart_signs.hpp  how its messages show that somebody else restarted it
 //   protection.hpp end-to-end protection, from AUTOSAR's specification
 //   verdict.hpp    what becomes of a case; runner.hpp: runs cases; parallel.hpp: several devices at once;
 //                  selftest.hpp: runs them against faults

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bridge/conform/device.hpp"
+#include "bridge/conform/restart_signs.hpp"
 #include "bridge/documents/hex_line.hpp"
 
 namespace trestle::conform {
@@ -608,25 +609,51 @@ void Trial::clean_up() {
   close_ports();
 }
 
+std::optional<std::size_t> Trial::new_life_since(std::size_t since, WallTime began) {
+  std::vector<SdSign> signs;
+  std::vector<std::size_t> places;
+  std::size_t before = 0;
+  for (const SeenEntry& seen : entries_since(0, [](const SeenEntry&) { return true; })) {
+    const std::size_t place = seen.packet->number - 1;
+    if (places.empty() || places.back() != place) {
+      places.push_back(place);
+      signs.push_back({.time = seen.packet->time,
+                       .multicast = seen.packet->to == tester.sd_group(),
+                       .session = seen.header.session,
+                       .reboot = seen.message.reboot()});
+      before += place < since ? 1 : 0;
+    }
+    signs.back().offers = signs.back().offers || is_offer(profile.service())(seen);
+  }
+  const auto at = begin_of_new_life(signs, before, began, longest_pause(profile.timing));
+  return at ? std::optional{places[*at]} : std::nullopt;
+}
+
 std::size_t Trial::restart(bool at_once) {
+  const Duration within = profile.timing.ready_within;
   std::size_t since = now();
-  const bool by_command = !profile.lifecycle.restart.empty() || profile.lifecycle.ask_operator;
-  if (profile.lifecycle.restart.empty() && !profile.lifecycle.ask_operator) {
+  if (!profile.lifecycle.restart.empty() || profile.lifecycle.ask_operator) {
+    // What it said before stands in what was received, too: its messages have to tell where they begin anew.
+    const auto began =
+        std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+    device.restart(at_once);
+    std::optional<std::size_t> begin;
+    tester.receive(within, [&] {
+      begin = new_life_since(since, began);
+      return begin && !entries_since(*begin, is_offer(profile.service())).empty();
+    });
+    // One that shows nothing of it is judged by all that it has said since.
+    since = begin.value_or(since);
+  } else {
     device.stop(at_once);
     since = now();  // what it said before is of its life before
     device.start();
-  } else {
-    device.restart(at_once);
+    (void)await_entry(since, within, [&](const SeenEntry& seen) {
+      return is_offer(profile.service())(seen) && seen.message.reboot();
+    });
   }
-  if (!await_entry(since, profile.timing.ready_within, [&](const SeenEntry& seen) {
-        // Where it is restarted by somebody else, what it said before stands here, too. Else its first
-        // message may have been something else than this offer.
-        return is_offer(profile.service())(seen) && seen.message.reboot() &&
-               (!by_command || seen.header.session == someip::SessionId{1});
-      })) {
-    if (entries_since(since, is_offer(profile.service())).empty()) {
-      fail("the device does not offer its service after it was started");
-    }
+  if (entries_since(since, is_offer(profile.service())).empty()) {
+    fail("the device does not offer its service after it was started");
   }
   return since;
 }

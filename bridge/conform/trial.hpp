@@ -227,8 +227,10 @@ class Trial {
   void close_ports();
   /// Ends all subscriptions that this trial has made, and closes its ports.
   void clean_up();
-  /// Waits until the device offers its first service, from its start.
-  /// @return the place in what was received where the restart began.
+  /// Restarts the device, and waits until it offers its first service: as long as the profile says
+  /// (ready_within). Where it is restarted by a command or a person, it is its own messages that show the
+  /// restart (restart_signs.hpp). Ends the case when no offer comes.
+  /// @return the place in what was received where its new life begins.
   std::size_t restart(bool at_once = false);
 
  private:
@@ -249,6 +251,7 @@ class Trial {
   bool answers_find();
   bool answers_request();
   bool offers_by_itself();
+  [[nodiscard]] std::optional<std::size_t> new_life_since(std::size_t since, WallTime began);
 
   bool finds_ = true;
   bool requests_;

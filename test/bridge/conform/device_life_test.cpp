@@ -127,6 +127,31 @@ TEST(Cases, KnowAPrefixOfClientIds) {
   EXPECT_THAT(verdicts_of({"sd.header.client-id"}), testing::ElementsAre(Verdict::fail));
 }
 
+// --- A device that a command restarts
+// -----------------------------------------------------------------------
+
+TEST(DeviceLife, TakesAnOfferAfterASilenceForARestart) {
+  // Its first messages are lost: what comes has another session than 1, and it never goes back.
+  SmallDevice device{
+      SdStimulus{.entries = {answer(sd::EntryType::offer_service, 0, 3)}}.encode(someip::SessionId{5}, true)};
+  const std::string file = testing::TempDir() + "/restarted." + std::to_string(getpid());
+  Profile with = profile();
+  with.timing.cyclic_offer_delay = 20ms;
+  with.timing.ready_within = 5min;  // of which the budget leaves no room for all
+  with.lifecycle.restart = "sleep 0.3; touch " + file;
+  Case one = waiting(30s);
+  Duration silence{};
+  one.run = [&](Trial& t) {
+    device.die(file);
+    const std::size_t since = t.restart();
+    silence = t.tester.packets()[since].time - t.tester.packets()[since - 1].time;
+  };
+  const Attempt attempt = attempt_of(one, with);
+  std::filesystem::remove(file);
+  EXPECT_EQ(attempt.verdict, Verdict::pass) << attempt.reason;
+  EXPECT_GT(silence, 3 * 20ms);
+}
+
 // --- What becomes of a device that the tester starts ----------------------------------------------------
 
 Case nothing_to_do(std::string id) {
