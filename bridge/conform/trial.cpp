@@ -493,11 +493,15 @@ std::optional<SeenMessage> Trial::error_answer_if_any(const Call& call, std::opt
   return answer;
 }
 
-std::optional<SeenMessage> Trial::not_served(const Call& call) {
+std::vector<SeenMessage> Trial::answers_once_passed(const Call& call) {
   const std::size_t since = now();
   const Call sent = send(call);
   pass();
-  const auto answers = messages_since(since, is_answer_to(sent));
+  return messages_since(since, is_answer_to(sent));
+}
+
+std::optional<SeenMessage> Trial::not_served(const Call& call) {
+  const auto answers = answers_once_passed(call);
   for (const SeenMessage& seen : answers) {
     require(
         seen.message.header.return_code != ReturnCode::ok || seen.message.header.type == MessageType::error,
@@ -507,10 +511,7 @@ std::optional<SeenMessage> Trial::not_served(const Call& call) {
 }
 
 void Trial::not_answered(const Call& call) {
-  const std::size_t since = now();
-  const Call sent = send(call);
-  pass();
-  for (const SeenMessage& seen : messages_since(since, is_answer_to(sent))) {
+  for (const SeenMessage& seen : answers_once_passed(call)) {
     different("answer", "none",
               text(seen.message.header.type) + " with code " + text(seen.message.header.return_code),
               seen.packet);

@@ -204,6 +204,9 @@ class Trial {
   SeenMessage error_answer_to(const Call& call, std::optional<someip::ReturnCode> code = {});
   std::optional<SeenMessage> error_answer_if_any(const Call& call,
                                                  std::optional<someip::ReturnCode> code = {});
+  /// Sends once, and shows that the device has passed it.
+  /// @return the answers that came.
+  std::vector<SeenMessage> answers_once_passed(const Call& call);
   /// Sends what must not be answered with success, and shows that the device has passed it.
   /// @return the error that came; nothing: it was ignored.
   std::optional<SeenMessage> not_served(const Call& call);

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstring>
 #include <map>
+#include <set>
 
 #include "faults.hpp"
 
@@ -234,6 +235,9 @@ bool is_protected(std::span<const std::uint8_t> message) {
   return u16(message, 0) == 0x0101 && u16(message, 2) >= 0x50 && u16(message, 2) <= 0x5c &&
          message.size() > 16;
 }
+
+/// Methods that have answered E_E2E_REPEATED.
+std::set<unsigned> with_repeated_counter;
 
 /// Puts one more entry into an SD message: a Find or a Subscribe that nobody needs.
 void add_entry(Bytes& bytes, std::uint8_t type, unsigned service_used) {
@@ -812,6 +816,15 @@ const std::vector<Fault>& faults() {
            std::copy_n(had.begin(), std::min(had.size(), b.size() - 16), b.begin() + 16);
          }
        })},
+      {"e2e-repeated-ends", "e2e.*.repeated", "after a repeated counter no protected request is served",
+       error([](Bytes& b) {
+         if (u16(b, 2) >= 0x50 && u16(b, 2) <= 0x5c && b[15] == 0x0b) {
+           with_repeated_counter.insert(u16(b, 2));
+         }
+       }),
+       [](Incoming& in) {
+         in.lost = is_message(in.bytes) && is_protected(in.bytes) && with_repeated_counter.contains(u16(in.bytes, 2));
+       }},
       {"e2e-unchecked", "e2e", "protected requests are served without a check", {}, [](Incoming& in) {
          if (is_message(in.bytes) && is_protected(in.bytes)) {
            Bytes back = answer(in.bytes, 0x80, 0);

@@ -113,6 +113,13 @@ class Conform(unittest.TestCase):
         text = conform("run", "sd.endpoint-option.find", "sd.endpoint-option.subscribe", "sd.endpoint-option.surplus",
                        "--dut", profile, *ADDRESSES, "--out", self.folder)
         self.assertIn("3 unsupported", text)
+        # And what becomes of a request with a repeated counter, but not of one with a wrong CRC.
+        profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}\"\n",
+                                                       "--event-group {event_multicast} --fault e2e-unchecked\"\n", 1))
+        text = conform("run", "e2e.*.repeated", "e2e.profile4.wrong-crc", "--dut", profile, *ADDRESSES, "--out", self.folder,
+                       status=1)
+        self.assertIn(": 13 pass-nonstrict 1 fail\n", text)
+        self.assertIn(": 1 pass\n", conform("run", "e2e.profile4.repeated", "--dut", PROFILE, *ADDRESSES, "--out", self.folder))
 
     def test_takes_its_address_from_an_interface(self):
         text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
@@ -123,9 +130,9 @@ class Conform(unittest.TestCase):
 
     def test_finds_faults(self):
         text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
-                       "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--quick",
-                       "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any")
-        self.assertIn("3 of 3 faults are found", text)
+                       "e2e.profile4.repeated", "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--quick",
+                       "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any", "--fault", "e2e-repeated-ends")
+        self.assertIn("4 of 4 faults are found", text)
         self.assertRegex(text, r"found +ack-ttl +.*sd\.subscribe\.ack\.ttl")
 
     def test_tells_of_a_failure(self):
