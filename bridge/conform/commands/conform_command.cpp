@@ -84,8 +84,8 @@ std::vector<const Case*> cases_of(const Arguments& arguments) {
 
 IpAddress address_of(const char* name, const std::string& text) {
   const auto address = someip::parse_address(text);
-  if (!address || address->v6) {
-    throw CLI::ValidationError{name, "'" + text + "' is no IPv4 address"};
+  if (!address) {
+    throw CLI::ValidationError{name, "'" + text + "' is no IP address"};
   }
   return *address;
 }
@@ -108,6 +108,15 @@ std::optional<Profile> profile_of(const Arguments& arguments) {
   }
   if (!arguments.device.empty()) {
     profile->device = address_of("--device", arguments.device);
+  }
+  if (profile->device.v6 != profile->multicast.v6 || profile->tester.v6 != profile->multicast.v6) {
+    throw CLI::ValidationError{
+        arguments.device.empty() ? "--tester" : "--device",
+        fmt::format(
+            "device {}, tester {} and the multicast group of the profile, {}, have to be all of IPv4, "
+            "or all of IPv6",
+            someip::to_string(profile->device), someip::to_string(profile->tester),
+            someip::to_string(profile->multicast))};
   }
   if (!arguments.interface.empty()) {
     const auto own = someip::address_beside(arguments.interface, profile->device);

@@ -91,6 +91,11 @@ class Conform(unittest.TestCase):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
             port.bind((ADDRESSES[3], 30490))
             self.assertIn("another SOME/IP stack", conform(*command, *ADDRESSES, "--out", self.folder, status=2))
+        self.assertIn("--tester: 'nobody' is no IP address",
+                      conform(*command, "--tester", "nobody", "--out", self.folder, status=2))
+        for name, text in (("--tester", "device 127.0.77.1, tester fd00::2 "), ("--device", "device fd00::2, tester 127.0.77.2 ")):
+            self.assertRegex(conform(*command, name, "fd00::2", "--out", self.folder, status=2),
+                             f"{name}: {re.escape(text)}and .* 239.255.77.1, .* all of IPv4, or all of IPv6")
         self.assertIn("cannot use 192.0.2.1", conform(*command, "--tester", "192.0.2.1", "--out", self.folder, status=2))
 
     def test_gives_up_when_the_device_does_not_start(self):
@@ -235,6 +240,13 @@ class Conform(unittest.TestCase):
         done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=150)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertGreater(json.loads((self.folder / "results.json").read_text())["verdicts"]["pass"], len(cases))
+        # With addresses from the command line.
+        profile.write_text(text.replace('"fd00::1"', '"fd00::8"', 1).replace('"fd00::2"', '"fd00::9"', 1))
+        run = (f"{network} && '{TRESTLE}' conform run sd.offer.endpoint --dut '{profile}' --device fd00::1 --tester fd00::2 "
+               f"--out '{self.folder}'")
+        done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=150)
+        self.assertIn(": 1 pass", done.stdout, done.stderr)
+        self.assertIn("--tester fd00::2 --device fd00::1", json.loads((self.folder / "results.json").read_text())["cases"][0]["again"])
 
     def test_lists_and_explains(self):
         lines = conform("list", "sd.offer").splitlines()
