@@ -43,7 +43,7 @@ struct Fault {
   In in{};
 };
 
-/// All that there are: fault_table.cpp.
+/// All that there are: sd_faults.cpp, message_faults.cpp.
 [[nodiscard]] const std::vector<Fault>& faults();
 
 /// From now on. False: there is no such fault.
