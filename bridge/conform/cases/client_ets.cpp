@@ -35,6 +35,27 @@ class Activated {
 constexpr std::uint16_t client_activate = 0x2f;
 constexpr std::uint16_t client_subscribe = 0x32;
 
+void need_tcp(Trial& t) {
+  if (!used_service(t, true).tcp) {
+    t.unsupported("the profile names no eventgroup over TCP that the device uses");
+  }
+}
+
+enum class Over : std::uint8_t { udp, tcp };
+
+/// A case with a service of ours, which the device has been told to look for or to subscribe to.
+/// @param over  TCP: it is offered there, too.
+auto told(std::uint16_t method, void (*judge)(Trial& t, OurService& ours), Over over = Over::udp) {
+  return [=](Trial& t) {
+    if (over == Over::tcp) {
+      need_tcp(t);
+    }
+    OurService ours{t, used_service(t, true), over == Over::tcp};
+    const Activated activated{t, method};
+    judge(t, ours);
+  };
+}
+
 std::size_t wanted_groups(const UsedService& used, bool with_tcp) {
   return 1U + (used.multicast ? 1U : 0U) + (used.tcp && with_tcp ? 1U : 0U);
 }
@@ -80,12 +101,6 @@ PortId connection(Trial& t, OurService& ours, std::size_t count) {
     t.fail("the device does not connect to the offered TCP port");
   }
   return t.tester.accepted(ours.listening()).back();
-}
-
-void need_tcp(Trial& t) {
-  if (!used_service(t, true).tcp) {
-    t.unsupported("the profile names no eventgroup over TCP that the device uses");
-  }
 }
 
 void no_find(Trial& t, const OurService& ours, std::size_t since, const char* why) {
@@ -138,48 +153,39 @@ void add_ets_client_cases(Cases& cases) {
        .tc8 = {"SOMEIP_ETS_100"},
        .needs = client | Need::repetitions,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             const OurService ours{t, used_service(t, true)};
-             const Activated activated{t, client_activate};
-             const Duration phase =
-                 *t.profile.timing.repetitions_base_delay * (1U << *t.profile.timing.repetitions_max);
-             t.tester.receive(t.profile.timing.initial_delay_max.value_or(1s) + 2 * phase + 200ms,
-                              [] { return false; });
-             const std::size_t since = t.now();
-             t.tester.receive(1s + phase, [] { return false; });
-             no_find(t, ours, since, "in the main phase");
-           }},
+       .run = told(client_activate,
+                   [](Trial& t, OurService& ours) {
+                     const Duration phase =
+                         *t.profile.timing.repetitions_base_delay * (1U << *t.profile.timing.repetitions_max);
+                     t.tester.receive(t.profile.timing.initial_delay_max.value_or(1s) + 2 * phase + 200ms,
+                                      [] { return false; });
+                     const std::size_t since = t.now();
+                     t.tester.receive(1s + phase, [] { return false; });
+                     no_find(t, ours, since, "in the main phase");
+                   })},
       {.id = "client.ets.stop-offer",
        .title = "looks no more for a service that was withdrawn",
        .requirements = {"feat_req_someipsd_834"},
        .tc8 = {"SOMEIP_ETS_101"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             OurService ours{t, used_service(t, true)};
-             const Activated activated{t, client_activate};
-             ours.offer();
-             t.pass();
-             ours.withdraw();
-             t.pass();
-             const std::size_t since = t.now();
-             t.tester.receive(1s, [] { return false; });
-             no_find(t, ours, since, "after StopOfferService");
-           }},
+       .run = told(client_activate,
+                   [](Trial& t, OurService& ours) {
+                     ours.offer();
+                     t.pass();
+                     ours.withdraw();
+                     t.pass();
+                     const std::size_t since = t.now();
+                     t.tester.receive(1s, [] { return false; });
+                     no_find(t, ours, since, "after StopOfferService");
+                   })},
       {.id = "client.ets.subscribes",
        .title = "subscribes when it is told to and the service is offered",
        .requirements = {"feat_req_someipsd_431", "feat_req_someipsd_321"},
        .tc8 = {"SOMEIP_ETS_106"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             OurService ours{t, used_service(t, true)};
-             const Activated activated{t, client_subscribe};
-             ours.answer(ours.subscribed());
-           }},
+       .run = told(client_subscribe, [](Trial&, OurService& ours) { ours.answer(ours.subscribed()); })},
       {.id = "client.ets.stops",
        .title = "ends its subscription when it is told to",
        .requirements = {"feat_req_someipsd_332", "feat_req_someipsd_433", "feat_req_someipsd_822"},
@@ -210,51 +216,45 @@ void add_ets_client_cases(Cases& cases) {
        .tc8 = {"SOMEIP_ETS_105"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             OurService ours{t, used_service(t, true)};
-             const Activated activated{t, client_subscribe};
-             subscribed_all(t, ours, false);
-             const Endpoint to = receiver(t, ours);
-             for (const std::uint8_t value : {std::uint8_t{0x35}, std::uint8_t{0x53}}) {
-               ours.notify(ours.used().udp->event, value, to);
-               expect_last_value(t, 0x3c, value);
-             }
-           }},
+       .run = told(client_subscribe,
+                   [](Trial& t, OurService& ours) {
+                     subscribed_all(t, ours, false);
+                     const Endpoint to = receiver(t, ours);
+                     for (const std::uint8_t value : {std::uint8_t{0x35}, std::uint8_t{0x53}}) {
+                       ours.notify(ours.used().udp->event, value, to);
+                       expect_last_value(t, 0x3c, value);
+                     }
+                   })},
       {.id = "client.ets.event.multicast",
        .title = "receives events over multicast",
        .requirements = {"feat_req_someip_811", "feat_req_someipsd_749"},
        .tc8 = {"SOMEIP_ETS_104"},
        .needs = client | Need::multicast_events,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             OurService ours{t, used_service(t, true)};
-             if (!ours.used().multicast) {
-               t.unsupported("the profile names no eventgroup over multicast that the device uses");
-             }
-             Endpoint group = *t.eventgroup([](const EventgroupProfile& one) {
-                                  return one.multicast.has_value();
-                                }).multicast;
-             group.port = static_cast<std::uint16_t>(group.port + 100);
-             const Activated activated{t, client_subscribe};
-             subscribed_all(t, ours, false, group);
-             for (const std::uint8_t value : {std::uint8_t{0x36}, std::uint8_t{0x63}}) {
-               ours.notify(ours.used().multicast->event, value, group);
-               expect_last_value(t, 0x3d, value);
-             }
-           }},
+       .run = told(client_subscribe,
+                   [](Trial& t, OurService& ours) {
+                     if (!ours.used().multicast) {
+                       t.unsupported("the profile names no eventgroup over multicast that the device uses");
+                     }
+                     Endpoint group = *t.eventgroup([](const EventgroupProfile& one) {
+                                          return one.multicast.has_value();
+                                        }).multicast;
+                     group.port = static_cast<std::uint16_t>(group.port + 100);
+                     subscribed_all(t, ours, false, group);
+                     for (const std::uint8_t value : {std::uint8_t{0x36}, std::uint8_t{0x63}}) {
+                       ours.notify(ours.used().multicast->event, value, group);
+                       expect_last_value(t, 0x3d, value);
+                     }
+                   })},
       {.id = "client.ets.event.tcp",
        .title = "connects before it subscribes to events over TCP, and receives them",
        .requirements = {"feat_req_someipsd_767"},
        .tc8 = {"SOMEIP_ETS_103"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             need_tcp(t);
-             OurService ours{t, used_service(t, true), true};
-             const Activated activated{t, client_subscribe};
+       .run = told(
+           client_subscribe,
+           [](Trial& t, OurService& ours) {
              const SeenEntry seen = ours.subscribed(ours.used().tcp->id);
              t.require(!t.tester.accepted(ours.listening()).empty(), "TCP connections before the Subscribe",
                        "1", "0", seen.packet);
@@ -265,7 +265,8 @@ void add_ets_client_cases(Cases& cases) {
                ours.notify(ours.used().tcp->event, value, made);
                expect_last_value(t, 0x3b, value);
              }
-           }},
+           },
+           Over::tcp)},
       {.id = "client.ets.tcp-again",
        .title = "connects with a later offer when the first connection was not taken",
        .requirements = {"feat_req_someipsd_767", "feat_req_someipsd_431"},
@@ -295,29 +296,25 @@ void add_ets_client_cases(Cases& cases) {
        .tc8 = {"SOMEIP_ETS_082"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             OurService ours{t, used_service(t, true)};
-             const Activated activated{t, client_subscribe};
-             subscribed_all(t, ours, false);
-             ours.reboot();
-             ours.move();
-             subscribed_all(t, ours, false);
-             const Endpoint to = receiver(t, ours);
-             ours.notify(ours.used().udp->event, 0x2b, to);
-             expect_last_value(t, 0x3c, 0x2b);
-           }},
+       .run = told(client_subscribe,
+                   [](Trial& t, OurService& ours) {
+                     subscribed_all(t, ours, false);
+                     ours.reboot();
+                     ours.move();
+                     subscribed_all(t, ours, false);
+                     const Endpoint to = receiver(t, ours);
+                     ours.notify(ours.used().udp->event, 0x2b, to);
+                     expect_last_value(t, 0x3c, 0x2b);
+                   })},
       {.id = "client.ets.reboot.tcp",
        .title = "connects and subscribes again to a server that was restarted",
        .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764"},
        .tc8 = {"SOMEIP_ETS_081"},
        .needs = client,
        .role = Role::client,
-       .run =
-           [](Trial& t) {
-             need_tcp(t);
-             OurService ours{t, used_service(t, true), true};
-             const Activated activated{t, client_subscribe};
+       .run = told(
+           client_subscribe,
+           [](Trial& t, OurService& ours) {
              ours.answer(ours.subscribed(ours.used().tcp->id));
              connection(t, ours, 1);
              t.pass();
@@ -328,7 +325,8 @@ void add_ets_client_cases(Cases& cases) {
              if (!ours.subscribe_since(since, t.profile.timing.answer_within, ours.used().tcp->id)) {
                t.fail("no SubscribeEventgroup after the restart of the server");
              }
-           }},
+           },
+           Over::tcp)},
   };
   cases.insert(cases.end(), all.begin(), all.end());
 }
