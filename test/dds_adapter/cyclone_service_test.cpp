@@ -118,6 +118,9 @@ TEST_F(CycloneService, GetsTheVeryFirstRequest) {
 // What the writer of replies has sent before, Cyclone's reader has acknowledged when it begins, and of what
 // begins for it alone it learns from a GAP, which asks for no acknowledgement.
 TEST_F(CycloneService, AnswersAClientThatComesAfterOthers) {
+  if (!sees_readers_begin()) {
+    GTEST_SKIP() << "this Fast DDS does not say with which reply a reader begins";
+  }
   const ServiceServer& server = driver_.adder(participant_);
   other_.emplace(config());
   ServiceClient& fast = driver_.client(*other_);
