@@ -94,14 +94,15 @@ std::string text(const std::optional<Id>& id) {
   return id ? hex(static_cast<std::uint32_t>(*id)) : std::string{};
 }
 
-/// Pairs elements of two lists: those of one name first, then those of one id.
-template <typename Element, typename Name, typename Id>
+/// Pairs elements of two lists: those of one name first, then those of one id, by the first key of several
+/// that they share.
+template <typename Element, typename Name, typename... Ids>
 struct Pairs {
   std::vector<std::pair<const Element*, const Element*>> both;
   std::vector<const Element*> removed;
   std::vector<const Element*> added;
 
-  Pairs(const std::vector<Element>& before, const std::vector<Element>& after, Name name, Id id) {
+  Pairs(const std::vector<Element>& before, const std::vector<Element>& after, Name name, Ids... ids) {
     std::set<const Element*> taken;
     std::map<const Element*, const Element*> old_of;
     const auto pair_by = [&](auto key) {
@@ -123,7 +124,7 @@ struct Pairs {
       }
     };
     pair_by([&](const Element& one) { return std::optional{name(one)}; });
-    pair_by(id);
+    (pair_by(ids), ...);
     for (const Element& element : after) {
       if (const auto old = old_of.find(&element); old != old_of.end()) {
         both.emplace_back(old->second, &element);
@@ -166,13 +167,58 @@ bool has_ids_alone(const Service& service) {
   return std::ranges::all_of(service.methods, is_unknown) &&
          std::ranges::none_of(service.events, &Payload::known, &Event::payload) &&
          std::ranges::none_of(service.fields, &Payload::known, &Field::payload) &&
-         (service.name.starts_with("service_") || !service.methods.empty() || !service.events.empty() ||
+         (has_made_name(service) || !service.methods.empty() || !service.events.empty() ||
           !service.fields.empty());
 }
+bool has_events(const Service& service) {
+  return !service.events.empty() || !service.fields.empty();
+}
+/// What a capture shows stands at no line of a file.
 bool is_of_capture(const Service& service) {
   const auto is_seen = [](const auto& one) { return one.observed_bytes.has_value(); };
-  return std::ranges::any_of(service.methods, is_seen) || std::ranges::any_of(service.events, is_seen);
+  return std::ranges::any_of(service.methods, is_seen) || std::ranges::any_of(service.events, is_seen) ||
+         (has_made_name(service) && service.methods.empty() && !has_events(service) &&
+          service.place.mark.line == 0);
 }
+/// Whether the model is what a capture shows: other services may be there too.
+bool is_of_capture(const Model& model) {
+  return !model.services.empty() && std::ranges::all_of(model.services, [](const Service& service) {
+    return has_made_name(service) && has_ids_alone(service) && is_of_capture(service);
+  });
+}
+
+/// What a service says that is compared with `other`'s.
+struct Said {
+  bool ids_alone;
+  bool names;
+  bool version;
+  bool members;      ///< all methods, and all parts of fields, that there are
+  bool events;       ///< and all events
+  bool eventgroups;  ///< which event is in which
+  bool transport;
+
+  Said(const Model& model, const Service& service, const Service& other)
+      : ids_alone{has_ids_alone(service)},
+        names{!ids_alone || !has_made_name(service)},
+        version{!ids_alone || service.has_version},
+        members{!ids_alone || (names && has_ids_alone(other))},
+        // An application of vsomeip may offer events that its configuration does not have.
+        events{!ids_alone || (!is_of_capture(service) && (names || has_events(service)))},
+        eventgroups{is_of_capture(service) || has_eventgroups(service)},
+        transport{names || is_of_capture(service) || has_port(model, service)} {}
+
+ private:
+  static bool has_eventgroups(const Service& service) {
+    const auto is_in_some = [](const auto& member) { return !member.eventgroups.empty(); };
+    return std::ranges::any_of(service.events, is_in_some) || std::ranges::any_of(service.fields, is_in_some);
+  }
+  /// vsomeip carries what has no port within one host, by neither transport.
+  static bool has_port(const Model& model, const Service& service) {
+    return std::ranges::any_of(model.instances, [&](const Instance& instance) {
+      return instance.service_id == service.id && (instance.udp_port || instance.tcp_port);
+    });
+  }
+};
 
 /// `service`, which has ids alone, with the methods and events of `other`'s fields as parts of fields.
 Service with_fields(const Service& service, const Service& other) {
@@ -246,13 +292,23 @@ Service with_fields(const Service& service, const Service& other) {
 
 class Comparison {
  public:
-  Comparison(const Model& before, const Model& after) : before_{before}, after_{after} {}
+  Comparison(const Model& before, const Model& after, MissingId missing)
+      : before_{before}, after_{after}, missing_{missing} {}
 
   std::vector<Change> run() {
-    const Pairs services{before_.services, after_.services, spelled_alike,
-                         [](const Service& service) { return service.id; }};
+    Pairs services{before_.services, after_.services, spelled_alike,
+                   [](const Service& service) {
+                     return service.id ? std::optional{std::pair{*service.id, service.major}} : std::nullopt;
+                   },
+                   [](const Service& service) { return service.id; }};
     for (const auto& [old, now] : services.both) {
       compare(*old, *now);
+    }
+    if (is_of_capture(before_)) {
+      services.added.clear();
+    }
+    if (is_of_capture(after_)) {
+      services.removed.clear();
     }
     for (const Service* service : services.added) {
       add("service-added", service->name, {}, text(service->id), {}, service->place);
@@ -277,23 +333,33 @@ class Comparison {
     }
   }
 
-  void compare(const Service& old, const Service& now) {
-    const bool old_has_ids_alone = has_ids_alone(old);
-    const bool new_has_ids_alone = has_ids_alone(now);
-    if (old_has_ids_alone == new_has_ids_alone) {
-      compare(old, now, Known{});
-    } else if (old_has_ids_alone) {
-      Known known{.names = false, .version = old.has_version, .old_members = false};
-      known.old_events = !is_of_capture(old);
-      compare(with_fields(old, now), now, known);
-    } else {
-      Known known{.names = false, .version = now.has_version, .new_members = false};
-      known.new_events = !is_of_capture(now);
-      compare(old, with_fields(now, old), known);
+  template <typename Id>
+  void ids_differ(std::string_view rule, const std::string& element, const std::optional<Id>& before,
+                  const std::optional<Id>& after, Place old_place, Place new_place) {
+    if ((before && after) || missing_ == MissingId::different) {
+      differs(rule, element, text(before), text(after), old_place, new_place);
     }
   }
 
-  /// What can be compared where one side has ids alone.
+  void compare(const Service& old, const Service& now) {
+    const Said was{before_, old, now};
+    const Said is{after_, now, old};
+    known_ = {.names = was.ids_alone == is.ids_alone && was.names && is.names,
+              .version = was.version && is.version,
+              .old_members = was.members,
+              .new_members = is.members,
+              .old_events = was.events,
+              .new_events = is.events,
+              .eventgroups = was.eventgroups && is.eventgroups,
+              .transport = was.transport && is.transport};
+    // Who has ids alone may have the methods and events of the other one's fields by themselves.
+    const bool old_has_less = was.ids_alone && (!is.ids_alone || is_of_capture(old));
+    const bool new_has_less = is.ids_alone && (!was.ids_alone || is_of_capture(now));
+    const std::string& name = is.names ? now.name : old.name;
+    compare(name, old_has_less ? with_fields(old, now) : old, new_has_less ? with_fields(now, old) : now);
+  }
+
+  /// What can be compared, as both sides say it.
   struct Known {
     bool names = true;
     bool version = true;
@@ -301,17 +367,17 @@ class Comparison {
     bool new_members = true;
     bool old_events = true;  ///< and all events
     bool new_events = true;
+    bool eventgroups = true;
+    bool transport = true;
   };
 
-  void compare(const Service& old, const Service& now, const Known& known) {
-    known_ = known;
-    const std::string& name = known.names || !has_ids_alone(now) ? now.name : old.name;
-    if (known.names && !has_same_name(old, now)) {
+  void compare(const std::string& name, const Service& old, const Service& now) {
+    if (known_.names && !has_same_name(old, now)) {
       differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
               old.place, now.place);
     }
-    differs("service-id", name, text(old.id), text(now.id), old.place, now.place);
-    if (known.version) {
+    ids_differ("service-id", name, old.id, now.id, old.place, now.place);
+    if (known_.version) {
       differs("service-major", name, fmt::to_string(old.major), fmt::to_string(now.major), old.place,
               now.place);
       differs("service-minor", name, fmt::to_string(old.minor), fmt::to_string(now.minor), old.place,
@@ -335,13 +401,22 @@ class Comparison {
       }
       compare(element, *before, *after);
     }
-    const bool is_method = kind == "method";
-    if (is_method ? !known_.old_members : !known_.old_events) {
-      pairs.added.clear();
-    }
-    if (is_method ? !known_.new_members : !known_.new_events) {
-      pairs.removed.clear();
-    }
+    // A field without notifier is methods alone.
+    const auto is_event = [](const Member* member) {
+      if constexpr (requires { member->has_notifier; }) {
+        return member->has_notifier;
+      } else {
+        return !requires {
+          member->request;
+        };
+      }
+    };
+    std::erase_if(pairs.added, [&](const Member* member) {
+      return !(is_event(member) ? known_.old_events : known_.old_members);
+    });
+    std::erase_if(pairs.removed, [&](const Member* member) {
+      return !(is_event(member) ? known_.new_events : known_.new_members);
+    });
     for (const Member* member : pairs.added) {
       add(kind + "-added", service + "." + member->name, {}, text(id(*member)), {}, member->place);
     }
@@ -352,7 +427,7 @@ class Comparison {
 
   void compare(const std::string& element, const Method& old, const Method& now) {
     either_is_seen_ = is_seen(old) || is_seen(now);
-    differs("method-id", element, text(old.id), text(now.id), old.place, now.place);
+    ids_differ("method-id", element, old.id, now.id, old.place, now.place);
     const bool both_known =
         is_known(old.request, old.observed_bytes) && is_known(now.request, now.observed_bytes);
     if (both_known && old.fire_and_forget != now.fire_and_forget) {
@@ -385,7 +460,7 @@ class Comparison {
 
   void compare(const std::string& element, const Event& old, const Event& now) {
     either_is_seen_ = is_seen(old) || is_seen(now);
-    differs("event-id", element, text(old.id), text(now.id), old.place, now.place);
+    ids_differ("event-id", element, old.id, now.id, old.place, now.place);
     groups(element, old, now);
     transfers(element, old.transfer, now.transfer, old.place, now.place);
     protection(element, old.e2e, now.e2e, old.place, now.place);
@@ -403,7 +478,7 @@ class Comparison {
         add(is ? "field-access-added" : "field-access-removed", element + "." + part, text(before),
             text(after), old.place, now.place);
       } else if (is) {
-        differs("field-id", element + "." + part, text(before), text(after), old.place, now.place);
+        ids_differ("field-id", element + "." + part, before, after, old.place, now.place);
       }
     };
     access("getter", old.has_getter, old.getter, now.has_getter, now.getter);
@@ -442,6 +517,9 @@ class Comparison {
     };
     const Groups before = sorted(old.eventgroups);
     const Groups after = sorted(now.eventgroups);
+    if ((!known_.eventgroups && missing_ == MissingId::unknown) || (is_seen(old) && is_seen(now))) {
+      return;
+    }
     if ((is_seen(old) && std::ranges::includes(after, before)) ||
         (is_seen(now) && std::ranges::includes(before, after))) {
       return;
@@ -480,7 +558,7 @@ class Comparison {
     const auto word = [](Transport transport) {
       return std::string{transport == Transport::tcp ? "TCP" : "UDP"};
     };
-    if (are_known) {
+    if (are_known && known_.transport) {
       differs("transport", element, word(old.transport), word(now.transport), old_place, new_place);
     }
     const auto segments = [](const Transfer& transfer) {
@@ -817,6 +895,7 @@ class Comparison {
 
   const Model& before_;
   const Model& after_;
+  const MissingId missing_;
   Known known_{};
   std::vector<Change> changes_{};
   std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field
@@ -831,8 +910,8 @@ std::span<const ChangeRule> change_rules() {
   return rules;
 }
 
-std::vector<Change> compare(const Model& before, const Model& after) {
-  return Comparison{before, after}.run();
+std::vector<Change> compare(const Model& before, const Model& after, MissingId missing) {
+  return Comparison{before, after, missing}.run();
 }
 
 }  // namespace trestle::describe

@@ -42,9 +42,17 @@ struct Change {
 /// Uses of types that are compared; the rest is told as one change, "not-compared".
 inline constexpr std::size_t max_compared_uses = 5'000'000;
 
+/// What an id means that one description gives and the other one does not.
+enum class MissingId : std::uint8_t {
+  unknown,    ///< nothing: it may be the same
+  different,  ///< another id
+};
+
 /// The differences, in the order of the new model; what was removed comes last in its service. Services are
 /// the same if they have the same full name, or else the same id; members by name, or else by id of the same
-/// kind. Types are compared where they are used: a type that nothing uses makes no change.
-[[nodiscard]] std::vector<Change> compare(const Model& before, const Model& after);
+/// kind. Types are compared where they are used: a type that nothing uses makes no change. What one of the
+/// two does not say is no difference: docs/describe.md.
+[[nodiscard]] std::vector<Change> compare(const Model& before, const Model& after,
+                                          MissingId missing = MissingId::unknown);
 
 }  // namespace trestle::describe

@@ -25,12 +25,6 @@ bool is_bare(const Service& service) {
          std::ranges::all_of(service.fields, [&](const Field& field) { return empty(field.payload); });
 }
 
-/// Made by a reader from the id, as there is no name.
-bool has_made_name(const Service& service) {
-  return service.scope.empty() && service.id &&
-         service.name == fmt::format("service_{:04x}", someip::value(*service.id));
-}
-
 void add_instance(Instance& to, const Instance& from) {
   fill(to.service_id, from.service_id);
   fill(to.address, from.address);
@@ -168,7 +162,7 @@ class Joining {
       model.services[0].scope.clear();
       return model;
     };
-    return std::ranges::all_of(compare(alone(one), alone(other)),
+    return std::ranges::all_of(compare(alone(one), alone(other), MissingId::different),
                                [](const Change& change) { return change.rule->wire == Impact::none; });
   }
 

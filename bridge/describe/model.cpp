@@ -64,6 +64,11 @@ std::string full_name(std::string_view scope, std::string_view name) {
   return full += name;
 }
 
+bool has_made_name(const Service& service) {
+  return service.scope.empty() && service.id &&
+         service.name == fmt::format("service_{:04x}", someip::value(*service.id));
+}
+
 std::string label_of(const Instance& instance) {
   if (!instance.name.empty()) {
     return instance.name;

@@ -353,6 +353,9 @@ struct Model {
 /// "scope.name", or "scope/name" where the scope is an AUTOSAR path; the name alone without a scope.
 [[nodiscard]] std::string full_name(std::string_view scope, std::string_view name);
 
+/// Whether a reader made the service's name of its id, "service_1234", because the source has no names.
+[[nodiscard]] bool has_made_name(const Service& service);
+
 /// Whether an instance is one of a service: by the name that it gives, or else by the id.
 [[nodiscard]] bool is_of(const Instance& instance, const Service& service);
 

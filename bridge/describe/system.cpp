@@ -76,7 +76,9 @@ System make_system(Reading reading, IdLock& lock, const SystemOptions& options) 
   Edited edited = apply_edits(options.edits, system.model);
   system.renamed = std::move(edited.renamed);
   take(std::move(edited.problems));
-  take(allocate_ids(system.model, lock));
+  if (options.allocates) {
+    take(allocate_ids(system.model, lock));
+  }
   if (!options.edits.empty()) {
     take(join(system.model));  // ids that are the same now
   }

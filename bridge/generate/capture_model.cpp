@@ -307,8 +307,10 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     if (has_method) {
       describe::Method method{.name = fmt::format("method_{:04x}", someip::value(id)), .id = id};
       method.fire_and_forget = member.fire_and_forget && !member.answered;
-      method.request_transfer.transport = member.request.transport;
-      method.response_transfer.transport = member.response.transport;
+      // Of a direction that was not seen: as the other one.
+      method.request_transfer.transport = (member.request.there ? member.request : member.response).transport;
+      method.response_transfer.transport =
+          (member.response.there ? member.response : member.request).transport;
       method.request.known = false;
       method.response.known = false;
       method.observed_bytes = std::max(member.request.most_bytes, member.response.most_bytes);

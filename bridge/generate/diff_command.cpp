@@ -34,7 +34,8 @@ const char* word(Impact impact) {
 describe::System read_one(const std::string& source, const SourceReaders& readers) {
   SourceArguments arguments{readers};
   arguments.sources = {source};
-  arguments.options.lowers = false;  // what is compared is the model
+  arguments.options.lowers = false;     // what is compared is the model
+  arguments.options.allocates = false;  // ids that nobody gave cannot change
   return arguments.read();
 }
 
@@ -116,14 +117,18 @@ void add_diff_command(CLI::App& app, int& status, const SourceReaders& readers) 
   arguments->readers = readers;
   CLI::App* command = app.add_subcommand(
       "diff", "Show what changed in an interface, and which programs no longer work with it");
-  command->add_option("OLD", arguments->before, "The older description: a file or a folder");
-  command->add_option("NEW", arguments->after, "The newer description");
+  command->add_option("OLD", arguments->before, "The older description: a file, or a folder of files");
+  command->add_option("NEW", arguments->after,
+                      "The newer description: in the same language, or in another one");
   command->add_flag("--json", arguments->json, "Print a JSON array");
   command->add_flag("--rules", arguments->rules, "Print all kinds of changes and what they mean");
   command->footer(
       "Examples:\n"
       "  trestle diff release-1/ release-2/\n"
       "  trestle diff Door-old.fidl Door.fidl --json | jq '.[] | select(.wire == \"breaking\")'\n"
+      "What one of the two does not say is no difference: vsomeip's JSON and captures have no names and no "
+      "types,\n"
+      "a capture shows only what was used, and a FIDL file without FDEPL has no ids.\n"
       "Exit status: 0 when old and new programs understand each other, 1 when something breaks on the wire,\n"
       "2 when a description is wrong.");
   command->callback([arguments, &status] { status = run_diff(*arguments); });

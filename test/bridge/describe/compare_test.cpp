@@ -280,6 +280,7 @@ Model ids_of_door() {
                   .has_getter = false,
                   .has_setter = false}};
   model.services = {bare};
+  model.instances = {{.service = bare.name, .service_id = bare.id, .udp_port = 30509}};
   return model;
 }
 
@@ -383,6 +384,101 @@ TEST(Compare, TakesWhatACaptureLeavesOpenForUnknown) {
   }
   service(seen).events.front().eventgroups = {someip::EventgroupId{3}};
   EXPECT_THAT(ids(compare(full, seen)), ElementsAre("event-eventgroups"));
+}
+
+/// The same interface in two descriptions of ids: vsomeip's JSON, and a capture, which has no fields.
+TEST(Compare, ComparesTwoDescriptionsOfIdsByWhatBothSay) {
+  const Model json = ids_of_door();
+  Model seen = json;
+  service(seen).fields.clear();
+  service(seen).events = {{.name = "event_8002",
+                           .id = someip::MethodId{0x8002},
+                           .payload = {.known = false},
+                           .observed_bytes = 1}};
+  service(seen).methods = {{.name = "method_0001", .id = someip::MethodId{1}, .observed_bytes = 3}};
+  service(seen).methods[0].request.known = service(seen).methods[0].response.known = false;
+  service(seen).has_version = true;
+  service(seen).major = 2;
+  EXPECT_THAT(ids(compare(json, seen)), IsEmpty());
+  EXPECT_THAT(ids(compare(seen, json)), IsEmpty());
+  // Another capture, of other calls and subscriptions.
+  Model other = seen;
+  service(other).methods[0].id = someip::MethodId{7};
+  service(other).methods[0].name = "method_0007";
+  service(seen).events[0].eventgroups = {someip::EventgroupId{1}};
+  service(other).events[0].eventgroups = {someip::EventgroupId{2}};
+  EXPECT_THAT(ids(compare(seen, other)), IsEmpty());
+  // What both say is compared.
+  service(other).major = 3;
+  service(other).events[0].transfer.transport = Transport::tcp;
+  EXPECT_THAT(ids(compare(seen, other)), ElementsAre("service-major", "transport"));
+  Model fewer = json;
+  service(fewer).events.clear();
+  EXPECT_THAT(ids(compare(json, fewer)), ElementsAre("event-removed"));
+}
+
+TEST(Compare, TakesTheEventsAndTransportsThatAConfigurationLeavesOutForUnknown) {
+  const Model full = door();
+  Model bare = ids_of_door();
+  service(bare).events[0].eventgroups.clear();
+  EXPECT_THAT(ids(compare(full, bare)), IsEmpty());
+  Model tcp = full;
+  service(tcp).events[0].transfer.transport = Transport::tcp;
+  EXPECT_THAT(ids(compare(tcp, bare)), ElementsAre("transport"));
+  bare.instances.clear();  // within one host
+  EXPECT_THAT(ids(compare(tcp, bare)), IsEmpty());
+  service(bare).events.clear();
+  service(bare).fields.clear();
+  for (const Model& other : {full, ids_of_door()}) {
+    EXPECT_THAT(ids(compare(other, bare)), IsEmpty());
+    EXPECT_THAT(ids(compare(bare, other)), IsEmpty());
+  }
+  // A field without notifier is methods alone, which such a description does not have.
+  Model polled = full;
+  service(polled).fields[0].has_notifier = false;
+  service(polled).fields[0].notifier = std::nullopt;
+  bare = ids_of_door();
+  service(bare).fields.clear();
+  EXPECT_THAT(ids(compare(polled, bare)), IsEmpty());
+}
+
+TEST(Compare, FindsTheVersionOfTheServiceThatADescriptionOfIdsHas) {
+  Model both = door();
+  both.services.push_back(both.services.front());
+  both.services.back().name = "DoorV2";
+  both.services.back().major = 2;
+  both.services.back().has_version = both.services.front().has_version = true;
+  Model bare = ids_of_door();
+  service(bare).has_version = true;
+  service(bare).major = 2;
+  EXPECT_THAT(ids(compare(bare, both)), ElementsAre("service-added"));
+}
+
+TEST(Compare, TakesTheServicesThatACaptureDoesNotShowForUnknown) {
+  Model full = door();
+  full.services.push_back({.name = "Window", .id = someip::ServiceId{0x1235}});
+  Model seen;
+  seen.services = {{.name = "service_1234", .id = someip::ServiceId{0x1234}, .has_version = true}};
+  EXPECT_THAT(ids(compare(full, seen)), IsEmpty());
+  EXPECT_THAT(ids(compare(seen, full)), IsEmpty());
+  // A configuration has them all.
+  EXPECT_THAT(ids(compare(full, ids_of_door())), ElementsAre("service-removed"));
+}
+
+TEST(Compare, TakesAnIdThatNobodyGaveForUnknown) {
+  const Model full = door();
+  Model without = full;
+  service(without).id = std::nullopt;
+  service(without).methods[0].id = std::nullopt;
+  service(without).events[0].id = std::nullopt;
+  service(without).events[0].eventgroups.clear();
+  service(without).fields[0].getter = service(without).fields[0].notifier = std::nullopt;
+  service(without).fields[0].eventgroups.clear();
+  EXPECT_THAT(ids(compare(full, without)), IsEmpty());
+  EXPECT_THAT(ids(compare(without, full)), IsEmpty());
+  EXPECT_THAT(
+      ids(compare(full, without, MissingId::different)),
+      ElementsAre("service-id", "method-id", "event-id", "event-eventgroups", "field-id", "field-id"));
 }
 
 TEST(Compare, TakesAScopeInTheSpellingOfAnotherLanguageForTheSame) {

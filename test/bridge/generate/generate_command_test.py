@@ -217,6 +217,37 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 0, output + errors)
         self.assertIn("changes: 0,", output)
 
+    def test_diff_takes_ids_that_nobody_gave_for_unknown(self):
+        for sources in ((DOOR, DOOR / "Door.fidl"), (DOOR / "Door.fidl", DOOR)):
+            status, output, errors = run("diff", *sources)
+            self.assertEqual(status, 0, output + errors)
+            self.assertIn("changes: 0,", output)
+        # A method in front of others does not change them.
+        more = self.folder / "Door.fidl"
+        more.write_text((DOOR / "Door.fidl").read_text().replace("    method open", "    method knock fireAndForget {\n    }\n    method open"))
+        status, output, errors = run("diff", DOOR / "Door.fidl", more)
+        self.assertEqual((status, errors), (0, ""), output)
+        self.assertRegex(output, r"^\S*Door.fidl:\d+:\d+: method-added Door.knock \(.*\)\nchanges: 1,")
+
+    def test_diff_takes_what_a_capture_and_a_configuration_leave_out_for_unknown(self):
+        ids = ["0x8010", "0x8011"]
+        described = {"service": "0x1234", "instance": "0x5678", "unreliable": "30501"}
+        with_events = dict(described, events=[{"event": ids[0]}, {"event": ids[1], "is_reliable": "true"}], eventgroups=[{"eventgroup": "0x4470", "events": ids[:1]}, {"eventgroup": "0x4471", "events": ids[1:]}])
+        bare, full = self.folder / "bare.json", self.folder / "full.json"
+        bare.write_text(json.dumps({"unicast": "127.0.0.1", "services": [described]}))
+        full.write_text(json.dumps({"unicast": "127.0.0.1", "services": [with_events]}))
+        seen, others = [source / "pcaps" / "vsomeip" / f"{name}.pcap" for name in ("field_getter_setter_notifier", "sd_many_services_many_entries")]
+        pairs = [(old, new) for old in (bare, full, seen) for new in (bare, full, seen)]
+        for old, new in [*pairs, (full, others), (seen, others), (others, seen)]:
+            status, output, errors = run("diff", old, new)
+            self.assertEqual(status, 0, f"{old} {new}\n{output}{errors}")
+        # What a capture shows, and a configuration of all events does not have.
+        with_events["events"], with_events["eventgroups"] = [{"event": ids[0]}], []
+        full.write_text(json.dumps({"unicast": "127.0.0.1", "services": [with_events]}))
+        status, output, _ = run("diff", seen, full)
+        self.assertEqual(status, 1)
+        self.assertIn("event-removed service_1234.event_8011", output)
+
     def test_diff_finds_nothing_that_breaks_in_our_own_arxml(self):
         out = self.folder / "out"
         self.assertEqual(run("generate", DOOR, "--to", "arxml", "-o", out, "-q")[0], 0)
