@@ -187,6 +187,7 @@ struct Shift {
   }
   void operator()(Instance& instance) const { (*this)(instance.place); }
   void operator()(Machine& machine) const { (*this)(machine.place); }
+  void operator()(TypeCollection& collection) const { (*this)(collection.place); }
   template <typename Element>
   void each(std::vector<Element>& elements) const {
     for (Element& element : elements) {
@@ -209,12 +210,14 @@ void append(Model& to, Model from) {
   shift.each(from.instances);
   shift.each(from.machines);
   shift.each(from.constants);
+  shift.each(from.collections);
   move_to_end(to.files, from.files);
   move_to_end(to.types, from.types);
   move_to_end(to.services, from.services);
   move_to_end(to.instances, from.instances);
   move_to_end(to.machines, from.machines);
   move_to_end(to.constants, from.constants);
+  move_to_end(to.collections, from.collections);
 }
 
 bool Reading::ok() const noexcept {

@@ -128,6 +128,15 @@ struct Constant {
   Place place{};
 };
 
+/// Where types and constants stand together: a type collection of FIDL that says something of itself.
+struct TypeCollection {
+  std::string scope{};  ///< as Type::scope
+  std::uint32_t major = 1;
+  std::uint32_t minor = 0;
+  Notes notes{};
+  Place place{};
+};
+
 /// A type. Types that are alike but for their wire rules are variants of one: they have its name, and writers
 /// that have rules for each use write them as such.
 struct Type {
@@ -340,6 +349,8 @@ struct Model {
   std::vector<Instance> instances{};
   std::vector<Machine> machines{};
   std::vector<Constant> constants{};
+  /// At most one of each scope: those with a description, or another version than 1.0.
+  std::vector<TypeCollection> collections{};
 
   [[nodiscard]] const Type& at(TypeIndex index) const { return types[static_cast<std::size_t>(index)]; }
   [[nodiscard]] Type& at(TypeIndex index) { return types[static_cast<std::size_t>(index)]; }

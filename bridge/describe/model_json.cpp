@@ -84,6 +84,7 @@ class ModelWriter {
 
   [[nodiscard]] Json type(const Type& type, int depth = 0) const;
   [[nodiscard]] Json constant(const Constant& constant) const;
+  [[nodiscard]] Json collection(const TypeCollection& collection) const;
   [[nodiscard]] Json service(const Service& service) const;
   [[nodiscard]] Json instance(const Instance& instance, bool names_its_service) const;
   [[nodiscard]] Json machine(const Machine& machine) const;
@@ -603,6 +604,19 @@ Json ModelWriter::machine(const Machine& machine) const {
   return json;
 }
 
+Json ModelWriter::collection(const TypeCollection& collection) const {
+  Json json{{"scope", collection.scope}};
+  if (collection.major != 1) {
+    json["major"] = collection.major;
+  }
+  if (collection.minor != 0) {
+    json["minor"] = collection.minor;
+  }
+  notes(collection.notes, json);
+  place(collection.place, json);
+  return json;
+}
+
 Json ModelWriter::constant(const Constant& constant) const {
   Json json{{"name", constant.name}, {"scope", constant.scope}};
   json["type"] = reference(constant.type, 0);
@@ -671,6 +685,10 @@ Json to_json(const Model& model, bool with_places) {
   Json& constants = json["constants"] = Json::array();
   for (const Constant& constant : model.constants) {
     constants.push_back(writer.constant(constant));
+  }
+  Json& collections = json["collections"] = Json::array();
+  for (const TypeCollection& collection : model.collections) {
+    collections.push_back(writer.collection(collection));
   }
   return json;
 }
@@ -754,7 +772,11 @@ std::string canonical(const Model& model) {
   for (const Constant& constant : model.constants) {
     constants.push_back(writer.constant(constant));
   }
-  for (const char* list : {"services", "instances", "machines", "constants"}) {
+  Json& collections = json["collections"] = Json::array();
+  for (const TypeCollection& collection : model.collections) {
+    collections.push_back(writer.collection(collection));
+  }
+  for (const char* list : {"services", "instances", "machines", "constants", "collections"}) {
     sort_list(json[list]);
   }
   return dump(json, 2) + "\n";

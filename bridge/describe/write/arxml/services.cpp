@@ -615,6 +615,9 @@ ArxmlFile Writer::write() {
   for (const Constant& constant : model_.constants) {
     lost(full_name(constant.scope, constant.name), "the constant", constant.place);
   }
+  for (const TypeCollection& collection : model_.collections) {
+    lost(collection.scope, "the version and the description of its type collection", collection.place);
+  }
   file_.text = packages_.text();
   return std::move(file_);
 }

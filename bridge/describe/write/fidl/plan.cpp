@@ -165,6 +165,7 @@ Plan::Plan(const Model& model, std::vector<NotCarried>& lost) : model_{model}, l
   place_services();
   leave_out_empty_types();
   place_types();
+  place_collections();
 }
 
 std::vector<std::string> Plan::packages() const {
@@ -353,6 +354,19 @@ void Plan::place_types() {
   for (const Constant& constant : model_.constants) {
     containers_[container_for(constant.scope.empty() ? "unnamed" : constant.scope)].constants.push_back(
         &constant);
+  }
+}
+
+void Plan::place_collections() {
+  for (const TypeCollection& collection : model_.collections) {
+    Container& container =
+        containers_[container_for(collection.scope.empty() ? "unnamed" : collection.scope)];
+    if (container.service == nullptr && container.collection == nullptr) {
+      container.collection = &collection;
+    } else {
+      lost_.push_back(
+          {collection.scope, "the version and the description of its type collection", collection.place});
+    }
   }
 }
 

@@ -17,6 +17,7 @@ struct Container {
   const Service* service = nullptr;
   std::vector<TypeIndex> types{};
   std::vector<const Constant*> constants{};
+  const TypeCollection* collection = nullptr;   ///< what the model says of it
   std::set<std::string, std::less<>> names{};   ///< that are taken
   std::map<std::string, unsigned> name_uses{};  ///< by wanted name: how often it was given
   [[nodiscard]] std::string full() const { return name.empty() ? package : package + "." + name; }
@@ -60,6 +61,7 @@ class Plan {
  private:
   void place_services();
   void place_types();
+  void place_collections();
   static std::string free_name(Container& container, const std::string& wanted);
   std::size_t container_for(const std::string& scope);
   void leave_out_empty_types();

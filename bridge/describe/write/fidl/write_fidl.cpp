@@ -185,7 +185,8 @@ void Writer::fidl(const std::string& package) {
     text += fmt::format("import model \"{}.fidl\"\n", other);
   }
   for (const Container* const one : plan_.containers_of(package)) {
-    if (one->service != nullptr || !one->types.empty() || !one->constants.empty()) {
+    if (one->service != nullptr || one->collection != nullptr || !one->types.empty() ||
+        !one->constants.empty()) {
       container(text, *one);
     }
   }
@@ -225,9 +226,12 @@ void Writer::container(std::string& text, const Container& container) {
   const std::string margin = "    ";
   text += "\n";
   if (container.service == nullptr) {
+    const TypeCollection plain{};
+    const TypeCollection& collection = container.collection == nullptr ? plain : *container.collection;
+    notes(text, collection.notes, "", nullptr, container.full(), collection.place);
     text +=
         container.name.empty() ? "typeCollection {\n" : fmt::format("typeCollection {} {{\n", container.name);
-    text += "    version { major 1 minor 0 }\n";
+    text += fmt::format("    version {{ major {} minor {} }}\n", collection.major, collection.minor);
   } else {
     const Service& service = *container.service;
     const std::string full = full_name(service.scope, service.name);

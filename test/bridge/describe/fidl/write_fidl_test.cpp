@@ -268,6 +268,44 @@ TEST(WriteFidl, WritesEveryKeySoThatItIsReadAsTheSame) {
   EXPECT_THAT(lost(write_fidl(reading.model)), IsEmpty());
 }
 
+TEST(WriteFidl, KeepsTheVersionsAndDescriptionsOfTypeCollections) {
+  const std::vector<SourceText> sources{{"T.fidl", R"(package a.b
+    <** @description: Of doors
+                      and windows. @author: N.N. **>
+    typeCollection Types { version { major 3 minor 7 } struct S { UInt8 x } }
+    <** @description: Without a name. **>
+    typeCollection { version { major 1 minor 0 } typedef T is UInt8 }
+    <** @description: Without types. **>
+    typeCollection Later { version { major 2 minor 0 } }
+    typeCollection Plain { version { major 1 minor 0 } const UInt8 C = 1 }
+    interface I { version { major 1 minor 0 } attribute Types.S s attribute T t })"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  ASSERT_EQ(reading.model.collections.size(), 3U);
+  EXPECT_EQ(reading.model.collections[0].notes.description, "Of doors\nand windows.");
+  EXPECT_EQ(reading.model.collections[0].major, 3U);
+  EXPECT_EQ(reading.model.collections[0].minor, 7U);
+  expect_round_trip(reading.model, "collections");
+  const Written written = write_fidl(reading.model);
+  EXPECT_THAT(lost(written), Not(Contains(HasSubstr("collection"))));
+  EXPECT_THAT(all_text(written), HasSubstr("    version { major 3 minor 7 }"));
+  EXPECT_THAT(all_text(written), HasSubstr("<** @description : Without a name. **>\ntypeCollection {"));
+}
+
+TEST(WriteFidl, TakesTypeCollectionsOfOneNameForOne) {
+  const std::vector<SourceText> sources{{"T.fidl", R"(package p
+    <** @description: One. **>
+    typeCollection { version { major 2 minor 0 } typedef A is UInt8 }
+    <** @description: Two. **>
+    typeCollection { version { major 3 minor 0 } typedef B is UInt8 })"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_EQ(reading.model.collections.size(), 1U);
+  EXPECT_EQ(reading.model.collections[0].notes.description, "One.\nTwo.");
+  EXPECT_EQ(reading.model.collections[0].major, 2U);
+  EXPECT_THAT(all_problems(reading),
+              HasSubstr("T.fidl:5:5: warning: a type collection of the same name has version 2.0"));
+}
+
 TEST(WriteFidl, KeepsTheWidthOfAnErrorThatAMethodDeclares) {
   const std::vector<SourceText> sources{
       {"I.fidl", "package p interface I { version { major 1 minor 0 } method m { error { A B } } }"},
