@@ -7,6 +7,7 @@
 #include <set>
 
 #include "bridge/describe/write/fidl/deployment.hpp"
+#include "bridge/describe/write/fidl/enumerations.hpp"
 
 namespace trestle::describe {
 namespace fidl_writing {
@@ -487,7 +488,11 @@ void Writer::fdepl(const std::string& package) {
 }  // namespace fidl_writing
 
 Written write_fidl(const Model& model) {
-  return fidl_writing::Writer{model}.all();
+  std::vector<NotCarried> lost;
+  const std::optional<Model> made = fidl_writing::with_enumerators(model, lost);
+  Written written = fidl_writing::Writer{made ? *made : model}.all();
+  written.not_carried.insert(written.not_carried.begin(), lost.begin(), lost.end());
+  return written;
 }
 
 }  // namespace trestle::describe

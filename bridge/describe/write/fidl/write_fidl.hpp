@@ -3,6 +3,7 @@
 //   write_fidl.hpp  start here: a model becomes files
 //   plan.hpp        which type is declared in which file, and under which name
 //   deployment.hpp  what the FDEPL files say
+//   enumerations.hpp  what stands for enumerations that have no enumerators
 #pragma once
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/write/written.hpp"

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "bridge/describe/compare.hpp"
 #include "bridge/describe/join.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "test/bridge/describe/fidl/corpus.hpp"
@@ -304,6 +305,50 @@ TEST(WriteFidl, TakesTypeCollectionsOfOneNameForOne) {
   EXPECT_EQ(reading.model.collections[0].major, 2U);
   EXPECT_THAT(all_problems(reading),
               HasSubstr("T.fidl:5:5: warning: a type collection of the same name has version 2.0"));
+}
+
+/// Franca: "Enumeration must not be empty".
+TEST(WriteFidl, WritesWhatFrancaAcceptsForEnumerationsWithoutEnumerators) {
+  const std::vector<SourceText> sources{{"E.fidl", R"(package p
+    typeCollection T { version { major 1 minor 0 }
+      enumeration Nothing { }
+      enumeration Base { A B }
+      enumeration More extends Base { }
+      enumeration Late extends Nothing { C }
+      struct S { Nothing n UInt8 x More m Late l }
+    }
+    interface I { version { major 1 minor 0 }
+      attribute T.S s
+      attribute T.Nothing[] nos
+      method m { in { T.Nothing a UInt8 b } error { } }
+      method n { out { UInt8 error } error T.Nothing }
+      method o { in { UInt8 b } error T.More }
+      broadcast b { out { T.Nothing x T.More y } }
+    })"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  const Written written = write_fidl(reading.model);
+  const Reading again = read_back(written);
+  ASSERT_TRUE(again.ok()) << all_problems(again) << all_text(written);
+  for (const Change& change : compare(reading.model, again.model)) {
+    EXPECT_TRUE(change.rule->wire == Impact::none || change.rule->id == "type-changed")
+        << change.rule->id << " " << change.element << all_text(written);
+  }
+  for (const Type& type : again.model.types) {
+    EXPECT_FALSE(type.kind == Kind::enumeration && type.enumerators.empty()) << type.name;
+  }
+  const std::vector<std::string> list = lost(written);
+  EXPECT_THAT(
+      list,
+      Contains("p.T.Nothing: that it is an enumeration: it has no enumerators, so it is written as UInt8"));
+  EXPECT_THAT(list, Contains(HasSubstr("p.T.More: that it extends another enumeration")));
+  EXPECT_THAT(list, Contains(HasSubstr(
+                        "p.I.m: that its error is one: the enumeration has no enumerators, so it is the "
+                        "argument 'error'")));
+  EXPECT_THAT(list, Contains(HasSubstr(
+                        "p.I.n: that its error is one: the enumeration has no enumerators, so it is the "
+                        "argument 'error_'")));
+  EXPECT_THAT(list, Not(Contains(HasSubstr("without content"))));
 }
 
 TEST(WriteFidl, KeepsTheWidthOfAnErrorThatAMethodDeclares) {
