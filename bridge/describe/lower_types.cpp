@@ -81,6 +81,28 @@ std::string fields_text(const Shape& shape) {
   return text;
 }
 
+/// A line about enumerators that are called otherwise as constants.
+class NewNames {
+ public:
+  void add(const std::string& was, const std::string& is) {
+    constexpr std::size_t most = 20;  // in one line
+    if (++count_ <= most) {
+      text_ += fmt::format("{}{} is {}", count_ == 1 ? "" : ", ", was, is);
+    } else {
+      more_ = fmt::format(" and {} more", count_ - most);
+    }
+  }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+  [[nodiscard]] std::string text() const {
+    return "names of enumerators, which as constants are in capitals: " + text_ + more_;
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::string text_{};
+  std::string more_{};
+};
+
 }  // namespace
 
 TypeLowering::TypeLowering(const Model& model, const LowerOptions& options, Lowered& into)
@@ -587,6 +609,7 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
              type->place);
     return;
   }
+  NewNames names;
   for (const Enumerator& one : all) {
     messages::Constant constant{.name = prefix + ros_constant_name(one.name),
                                 .type = type->primitive,
@@ -598,15 +621,24 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
         continue;
       }
     }
-    add_constant(shape, std::move(constant), type->name + "." + one.name);
+    const std::string& name = add_constant(shape, std::move(constant), type->name + "." + one.name);
+    if (name.substr(prefix.size()) != one.name) {
+      names.add(one.name, name);
+    }
+  }
+  if (!names.empty() && enumerations_told_.insert(type).second) {
+    into_.renamed.push_back(
+        {type->name.empty() ? shape.source + "." + value.name : full_name(type->scope, type->name),
+         names.text(), type->place});
   }
 }
 
-void TypeLowering::add_constant(Shape& shape, messages::Constant constant, std::string source) {
+const std::string& TypeLowering::add_constant(Shape& shape, messages::Constant constant, std::string source) {
   constant.name = shape.constant_names.take(constant.name, "_");
   shape.constants.emplace(constant.name, std::move(source));
   shape.constant_at.emplace(constant.name, shape.definition.constants.size());
   shape.definition.constants.push_back(std::move(constant));
+  return shape.definition.constants.back().name;
 }
 
 void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps_names) {

@@ -86,7 +86,8 @@ class TypeLowering {
   void add_enumerators(Shape& shape, Shape::Use& use, const Value& value);
   std::shared_ptr<const messages::Enumerators> enumerators_of(const Type& type);
   void constants_of(Shape& shape, std::string_view scope, bool keeps_names);
-  void add_constant(Shape& shape, messages::Constant constant, std::string source);
+  /// @return the name that it got.
+  const std::string& add_constant(Shape& shape, messages::Constant constant, std::string source);
   [[nodiscard]] std::string free_name(const Shape& shape);
 
   const Model& model_;
@@ -94,6 +95,7 @@ class TypeLowering {
   Lowered& into_;
   std::vector<Shape> shapes_;
   std::map<const Type*, std::shared_ptr<const messages::Enumerators>> enumerators_;
+  std::set<const Type*> enumerations_told_;  ///< whose new names were told
   std::map<TypeIndex, std::optional<std::size_t>> known_;
   std::set<TypeIndex> open_;                                 ///< types whose shapes are being made
   std::map<std::string, std::size_t, std::less<>> defined_;  ///< by name: the shape with its definition

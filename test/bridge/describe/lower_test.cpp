@@ -8,6 +8,7 @@
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/parsers.hpp"
+#include "test/bridge/describe/lost.hpp"
 #include "test/bridge/describe/lowered.hpp"
 #include "test/bytes.hpp"
 
@@ -110,6 +111,18 @@ TEST(Lower, MakesConstantsOfEnumerations) {
             "int16 level  # trestle: enumeration Level\nint16 other  # trestle: enumeration Level\n"
             "uint64 more  # trestle: enumeration More\n");
   EXPECT_EQ(lower(model).sources.at("test/msg/DoorChanged.LEVEL_VERY_LOW"), "Level.veryLow");
+  // Once for each enumeration, and not for names that stay.
+  EXPECT_THAT(lines_of(lower(model).renamed),
+              ::testing::ElementsAre(
+                  "org.test.Level: names of enumerators, which as constants are in capitals: veryLow is "
+                  "LEVEL_VERY_LOW",
+                  "org.test.More: names of enumerators, which as constants are in capitals: veryLow is "
+                  "MORE_VERY_LOW"));
+  model.at(level).enumerators.clear();
+  for (int i = 0; i < 25; ++i) {
+    model.at(level).enumerators.push_back({.name = "n" + std::to_string(i), .value = i});
+  }
+  EXPECT_THAT(lines_of(lower(model).renamed)[0], ::testing::EndsWith("n19 is LEVEL_N19 and 5 more"));
 }
 
 TEST(Lower, FlattensInheritance) {

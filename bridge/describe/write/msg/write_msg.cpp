@@ -91,6 +91,7 @@ void add_field_services(std::map<std::string, Package>& packages, const Field& f
 
 Written write_msg(const Model& model, const Lowered& lowered) {
   Written written{.files = {}, .not_carried = lowered.not_carried};
+  written.not_carried.insert(written.not_carried.end(), lowered.renamed.begin(), lowered.renamed.end());
   std::set<std::string, std::less<>> from_ros;
   for (const Type& type : model.types) {
     if (!type.ros_name.empty()) {
