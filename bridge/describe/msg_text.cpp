@@ -61,6 +61,7 @@ std::string type_text(const messages::FieldType& type, std::string_view package)
 std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& definition) {
   std::string text;
   add_notes(text, lowered, definition.name);
+  text += text.empty() ? "" : "\n";  // what stands directly above a field is about the field
   for (const messages::Constant& constant : definition.constants) {
     text += fmt::format("{} {}={}\n", messages::to_string(constant.type), constant.name, constant.value);
   }
@@ -90,6 +91,7 @@ std::string srv_text(const Lowered& lowered, std::string_view service) {
   });
   std::string text;
   add_notes(text, lowered, std::string{service});
+  text += text.empty() ? "" : "\n";
   return text + msg_text(lowered, *request) + "---\n" + msg_text(lowered, answer);
 }
 

@@ -39,6 +39,9 @@ struct RosInterface {
 /// @param folders  with more packages, asked before those.
 /// @param look_beside  whether there is a look at the packages beside them.
 ///
+/// Comments directly above a field of a `.msg`, `.srv` or `.action` file, or behind it, are the description
+/// of the member that is made of it.
+///
 /// A service is made of each message that no other one of the files has in it.
 [[nodiscard]] Reading read_ros_files(std::span<const SourceText> files,
                                      const std::vector<std::string>& folders = {}, bool look_beside = true);

@@ -51,31 +51,6 @@ bool is_string(Primitive type) {
   return type == Primitive::string || type == Primitive::wstring;
 }
 
-/// Where the comment begins that ends a line: the first '#' that is not inside quotes.
-std::size_t comment_begin(std::string_view text) {
-  char quote = 0;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    if (quote != 0) {
-      if (text[at] == '\\') {
-        ++at;
-      } else if (text[at] == quote) {
-        quote = 0;
-      }
-    } else if (text[at] == '#') {
-      return at;
-    } else if ((text[at] == '"' || text[at] == '\'') && at > 0 &&
-               (is_blank(text[at - 1]) || text[at - 1] == '=' || text[at - 1] == '[' ||
-                text[at - 1] == ',')) {
-      quote = text[at];  // elsewhere it is an apostrophe of a string without quotes
-    }
-  }
-  if (quote != 0) {
-    // A quote that is never closed quotes nothing; the check of the value complains about it.
-    return std::min(text.find('#'), text.size());
-  }
-  return text.size();
-}
-
 /// The line between two parts of a .srv or .action file.
 bool is_separator(std::string_view line) {
   return line.starts_with("---") && line.find_first_not_of(" \t\r", 3) == std::string_view::npos;
@@ -296,6 +271,30 @@ class LineParser {
 };
 
 }  // namespace
+
+std::size_t comment_begin(std::string_view line) {
+  char quote = 0;
+  for (std::size_t at = 0; at < line.size(); ++at) {
+    if (quote != 0) {
+      if (line[at] == '\\') {
+        ++at;
+      } else if (line[at] == quote) {
+        quote = 0;
+      }
+    } else if (line[at] == '#') {
+      return at;
+    } else if ((line[at] == '"' || line[at] == '\'') && at > 0 &&
+               (is_blank(line[at - 1]) || line[at - 1] == '=' || line[at - 1] == '[' ||
+                line[at - 1] == ',')) {
+      quote = line[at];  // elsewhere it is an apostrophe of a string without quotes
+    }
+  }
+  if (quote != 0) {
+    // A quote that is never closed quotes nothing; the check of the value complains about it.
+    return std::min(line.find('#'), line.size());
+  }
+  return line.size();
+}
 
 const char* to_string(Primitive primitive) noexcept {
   for (const auto& [name, value] : primitive_names) {

@@ -26,6 +26,10 @@ inline constexpr std::size_t max_msg_file_bytes = std::size_t{1} << 20U;
                                                                    const std::string& name,
                                                                    const std::string& file);
 
+/// Where the comment begins that ends a line of such a file: the first '#' that is not inside quotes. The
+/// line's size if there is none.
+[[nodiscard]] std::size_t comment_begin(std::string_view line);
+
 /// Parses a file of several messages with lines of `---` between them, as `.srv` and `.action` files are.
 /// Each part is like the text of a `.msg` file, and may be empty.
 ///

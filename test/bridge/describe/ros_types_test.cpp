@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 
 #include "bridge/describe/sources/sources.hpp"
 
@@ -88,6 +89,36 @@ TEST(ReadRosFiles, FindsPackagesByTheirFolders) {
   EXPECT_EQ(reading.model.services[2].scope, "ws");
   EXPECT_THAT(reading.model.services[1].methods[0].response.values, IsEmpty());
   EXPECT_EQ(reading.model.files[reading.model.services[0].place.file], "/ws/src/car_msgs/msg/Door.msg");
+}
+
+TEST(ReadRosFiles, TakesCommentsOfFieldsForTheirDescriptions) {
+  const std::vector<SourceText> files{
+      {"/ws/src/car_msgs/msg/Door.msg",
+       "# About the door.\n\n# Old: see Window.\nuint8 SHUT=0\n"
+       "# How far it is open.\r\n#  ------------\n## Over\xc3\xa4ll.\n# unit: deg\nfloat32 angle 1.5  # 0 is "
+       "shut\r\n"
+       "string name \"a # b\"\n# Alone.\n\nuint8 state  # trestle: enumeration State\nbool locked # unit: "
+       "none\n"
+       "car_msgs/Window window # of glass\n"},
+      {"/ws/src/car_msgs/msg/Window.msg", "float32 height # of the pane\n"},
+      {"/ws/src/car_msgs/srv/Lock.srv",
+       "\xef\xbb\xbf# Of all\nbool all # doors\n---\n# That went well.\nbool done\n"}};
+  const Reading reading = read_ros_files(files);
+  ASSERT_THAT(reading.problems, IsEmpty()) << reading.problems[0].text;
+  std::map<std::string, std::string> found;
+  for (const Type& type : reading.model.types) {
+    for (const Value& member : type.members) {
+      found[type.name + "." + member.name] = member.notes.description + "|" + member.notes.unit;
+    }
+  }
+  EXPECT_EQ(found["Door.angle"], "How far it is open.\nOver\xc3\xa4ll.\n0 is shut|deg");
+  EXPECT_EQ(found["Door.name"], "|");
+  EXPECT_EQ(found["Door.state"], "|");
+  EXPECT_EQ(found["Door.locked"], "|none");
+  EXPECT_EQ(found["Door.window"], "of glass|");
+  EXPECT_EQ(found["Window.height"], "of the pane|");
+  EXPECT_EQ(found["Lock_Request.all"], "Of all\ndoors|");
+  EXPECT_EQ(found["Lock_Response.done"], "That went well.|");
 }
 
 TEST(ReadRosFiles, TellsWhereAFileIsWrong) {
