@@ -83,10 +83,12 @@ class SmallDevice {
       socklen_t size = sizeof from;
       const bool asked =
           ::recvfrom(fd_, room.data(), room.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) > 0;
-      if (dead_ && !std::filesystem::exists(file_)) {
-        continue;
+      if (dead_) {
+        if (!std::filesystem::exists(file_)) {
+          continue;
+        }
+        dead_ = false;
       }
-      dead_ = false;
       last = asked ? from : last;
       if (way_ == Way::to_group) {
         send(address_of(group_of_test));
