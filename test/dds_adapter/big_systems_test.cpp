@@ -1,8 +1,10 @@
 // Profiles, discovery servers and security: what large ROS 2 systems are configured with.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 
@@ -67,23 +69,36 @@ class BigSystems : public DdsTest {
   const std::string folder_ = testing::TempDir() + "trestle-big-" + std::to_string(getpid());
 };
 
-/// A UDP port of 127.0.0.1 that nobody has at the moment. None of those that the system gives to whoever asks
-/// for any, or another test could have it before it is used.
+/// A UDP port of all addresses that nobody has at the moment, and no other test for as long as this process
+/// lives. None of those that the system gives to whoever asks for any.
 std::uint16_t free_port() {
   constexpr unsigned first = 20'000;
   constexpr unsigned count = 10'000;
   static unsigned tries = static_cast<unsigned>(getpid()) * 8;
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  bool free = false;
-  while (!free) {
-    address.sin_port = htons(static_cast<std::uint16_t>(first + ++tries % count));
+  while (true) {
+    const auto port = static_cast<std::uint16_t>(first + ++tries % count);
+    // Of the 250 ports of each DDS domain, participants have those below. (RTPS 9.6.1.1)
+    if (constexpr unsigned of_participants = 100; (port - 7400U) % 250 < of_participants) {
+      continue;
+    }
+    const std::string lock = fmt::format("{}trestle-port-{}.lock", testing::TempDir(), port);
+    const int file = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);  // never closed
+    if (file < 0 || flock(file, LOCK_EX | LOCK_NB) != 0) {
+      close(file);
+      continue;
+    }
+    address.sin_port = htons(port);
     const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-    free = bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;  // NOLINT(*-cast)
+    const bool free =
+        bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;  // NOLINT(*-cast)
     close(fd);
+    if (free) {
+      return port;
+    }
+    close(file);
   }
-  return ntohs(address.sin_port);
 }
 
 bool is_taken(std::uint16_t port) {
