@@ -4,16 +4,13 @@
 #include <cstddef>
 #include <string>
 
+#include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/parsers.hpp"
 
 namespace trestle::describe {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t\r");
-  return begin == std::string_view::npos ? std::string_view{}
-                                         : text.substr(begin, text.find_last_not_of(" \t\r") + 1 - begin);
-}
+using messages::trimmed;
 
 bool is_comment(std::string_view line) {
   return trimmed(line).starts_with('#');
@@ -55,7 +52,8 @@ MsgComments::MsgComments(std::string_view text) {
   }
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
-    lines_.push_back(text.substr(0, end));
+    const std::string_view line = text.substr(0, end);
+    lines_.push_back(line.substr(0, line.find_last_not_of('\r') + 1));
     text.remove_prefix(std::min(end + 1, text.size()));
   }
 }
