@@ -148,8 +148,8 @@ int run(const Options& options) {
                                 }
                               }};
   raise_descriptor_limit();  // before the bridge, which shares out what it may have
-  runner.emplace(io, options, std::move(*config));
   const SpareMemory spare_memory{io};
+  runner.emplace(io, options, std::move(*config));
   sd::run_busy(io, runner->busy_poll());
   runner->show();
   logger->flush();

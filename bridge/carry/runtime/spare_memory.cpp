@@ -31,6 +31,13 @@ std::size_t unused_bytes() {
 
 }  // namespace
 
+SpareMemory::SpareMemory(boost::asio::io_context& io) : timer_{io} {
+#ifdef __GLIBC__
+  mallopt(M_ARENA_MAX, most_arenas);
+#endif
+  wait();
+}
+
 void SpareMemory::wait() {
   timer_.expires_after(std::chrono::seconds{1});
   timer_.async_wait([this](const boost::system::error_code& cancelled) {

@@ -36,10 +36,13 @@ class SpareMemoryRule {
   int passed_ = 0;
 };
 
-/// Looks once a second, for the whole process; where the C library is glibc.
+/// Looks once a second, for the whole process; where the C library is glibc. Made before DDS has threads:
+/// each would get an arena of its own, and what lies unused in one is of no use to the others.
 class SpareMemory {
  public:
-  explicit SpareMemory(boost::asio::io_context& io) : timer_{io} { wait(); }
+  static constexpr int most_arenas = 2;
+
+  explicit SpareMemory(boost::asio::io_context& io);
 
  private:
   void wait();

@@ -1,11 +1,62 @@
 #include "bridge/carry/runtime/spare_memory.hpp"
 
 #include <gtest/gtest.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include <boost/asio/io_context.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <latch>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "test/sanitized.hpp"
 
 namespace trestle::test::spare_memory_test {
 namespace {
 
+using carry::SpareMemory;
 using carry::SpareMemoryRule;
+
+#ifdef __GLIBC__
+int arenas() {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* const file = open_memstream(&text, &size);
+  malloc_info(0, file);
+  std::fclose(file);
+  const std::string info{text, size};
+  std::free(text);  // NOLINT(*-no-malloc)
+  int count = 0;
+  for (std::size_t at = 0; (at = info.find("<heap nr=", at)) != std::string::npos; ++at) {
+    ++count;
+  }
+  return count;
+}
+
+// As many threads as DDS has, which allocate all at once.
+TEST(SpareMemory, IsSharedByAllThreads) {
+  if (sanitized) {
+    GTEST_SKIP() << "a sanitizer allocates in its own way";
+  }
+  boost::asio::io_context io;
+  const SpareMemory spare_memory{io};
+  constexpr int count = 8;
+  std::latch all{count};
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < count; ++i) {
+    threads.emplace_back([&] {
+      const std::vector<char> mine(1000);
+      all.arrive_and_wait();
+    });
+  }
+  threads.clear();
+  EXPECT_LE(arenas(), SpareMemory::most_arenas);
+}
+#endif
 
 constexpr std::size_t little = SpareMemoryRule::worth_it / 2;
 constexpr std::size_t much = 3 * SpareMemoryRule::worth_it;
