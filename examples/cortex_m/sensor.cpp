@@ -56,7 +56,7 @@ constexpr std::array<device::Service, 1> table{device::Service{.service = device
 
 }  // namespace
 
-std::span<const device::Service> services() noexcept {
+std::span<const device::Service> Sensor::services() noexcept {
   return table;
 }
 
@@ -87,7 +87,7 @@ void Sensor::on_time(TimePoint now) noexcept {
   }
 }
 
-void Sensor::on(const device::Happening& happening) noexcept {
+void Sensor::on(const device::Happening& happening, TimePoint /*now*/) noexcept {
   if (const auto* request = std::get_if<device::Request>(&happening)) {
     on_request(*request);
   } else if (std::holds_alternative<device::SendFinished>(happening)) {

@@ -3,24 +3,28 @@
 
 namespace trestle::example {
 
-/// What the device offers, and how much it can hold. The README of this folder describes the service.
-[[nodiscard]] std::span<const device::Service> services() noexcept;
-inline constexpr device::Limits limits{.services = 1,
-                                       .eventgroups = 3,
-                                       .events = 3,
-                                       .subscribers = 12,
-                                       .peers = 8,
-                                       .tp_buffers = 0,
-                                       .tp_buffer_bytes = 0};
-
 /// The application: a sensor that answers calls and sends events.
+/// The README of this folder describes the service.
 class Sensor {
  public:
+  [[nodiscard]] static std::span<const device::Service> services() noexcept;
+  [[nodiscard]] static std::span<const device::Need> needs() noexcept { return {}; }
+  static void adjust(sd::Settings& /*discovery*/) noexcept {}
+  /// How much the device can hold.
+  static constexpr device::Limits limits{.services = 1,
+                                         .eventgroups = 3,
+                                         .events = 3,
+                                         .subscribers = 12,
+                                         .peers = 8,
+                                         .tp_buffers = 0,
+                                         .tp_buffer_bytes = 0};
+
   explicit Sensor(device::Device& device) noexcept : device_{device} {}
 
+  [[nodiscard]] device::Result<void> start(TimePoint now) noexcept { return device_.offer(0, now); }
   /// Sends the events that are due.
   void on_time(TimePoint now) noexcept;
-  void on(const device::Happening& happening) noexcept;
+  void on(const device::Happening& happening, TimePoint now) noexcept;
 
  private:
   void on_request(const device::Request& request) noexcept;

@@ -5,9 +5,6 @@
 namespace ets {
 namespace {
 
-constexpr ServiceId used_by_itself{0x0111};
-constexpr ServiceId used_when_told{0x0110};
-
 constexpr MethodId event_by_udp{0x8001};
 constexpr MethodId event_by_tcp{0x8002};
 constexpr MethodId event_by_multicast{0x8003};
@@ -69,19 +66,19 @@ void Client::subscribe() {
 
 std::vector<sd::MethodSpec> Client::methods() {
   std::vector<sd::MethodSpec> all;
-  const auto order = [&](std::uint16_t id, auto action) {
-    all.push_back({MethodId{id}, [action](const Message&, const sd::Responder&) { action(); },
-                   MethodKind::fire_and_forget});
+  const auto order = [&](MethodId id, auto action) {
+    all.push_back(
+        {id, [action](const Message&, const sd::Responder&) { action(); }, MethodKind::fire_and_forget});
   };
-  order(0x2f, [this] { activate(); });    // clientServiceActivate
-  order(0x30, [this] { deactivate(); });  // clientServiceDeactivate
-  order(0x32, [this] { subscribe(); });   // clientServiceSubscribeEventgroup
-  const auto last_value = [&](std::uint16_t id, MethodId event) {
-    all.push_back({MethodId{id}, sd::answering([this, event] { return last_values_[event]; })});
+  order(client_activate, [this] { activate(); });
+  order(client_deactivate, [this] { deactivate(); });
+  order(client_subscribe, [this] { subscribe(); });
+  const auto last_value = [&](MethodId id, MethodId event) {
+    all.push_back({id, sd::answering([this, event] { return last_values_[event]; })});
   };
-  last_value(0x3b, event_by_tcp);
-  last_value(0x3c, event_by_udp);
-  last_value(0x3d, event_by_multicast);
+  last_value(last_value_tcp, event_by_tcp);
+  last_value(last_value_udp, event_by_udp);
+  last_value(last_value_multicast, event_by_multicast);
   return all;
 }
 

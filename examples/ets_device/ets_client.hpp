@@ -6,6 +6,8 @@
 
 #include <trestle/sd/net/handles.hpp>
 
+#include "ets/interface.hpp"
+
 namespace ets {
 
 using namespace trestle::someip;

@@ -18,4 +18,4 @@ for place in "-DTRESTLE_FOLDER=$source" "-DCMAKE_PREFIX_PATH=$work/prefix"; do
 done
 # And a whole firmware, by the project that stands beside it.
 configure examples/cortex_m "-DCMAKE_PREFIX_PATH=$work/prefix"
-cmake --build "$work/build" --target cortex_m_device
+cmake --build "$work/build" --target cortex_m_device cortex_m_ets_device

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""device_test.py FIRMWARE TRESTLE: the firmware of examples/cortex_m on an emulated board, whose Ethernet controller is a tap
-device of this network namespace, and at its other end Trestle, pysomeip and ROS 2. Run by in_namespaces.
+"""device_test.py FIRMWARE ETS_FIRMWARE TRESTLE: the firmware of examples/cortex_m, with a sensor and with the Enhanced
+Testability Service, on an emulated board, whose Ethernet controller is a tap device of this network namespace, and at its
+other end Trestle, pysomeip and ROS 2. Run by in_namespaces.
 
 Skipped (77) where there is no emulator, or no tap device can be made; failed then with TRESTLE_REQUIRE_PEERS=1, or with
 one that lists qemu or tap. So are the tests with pysomeip and ROS 2 where `./run setup --peers` has not installed them."""
@@ -21,7 +22,7 @@ import time
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FIRMWARE, TRESTLE = (os.path.abspath(path) for path in (sys.argv.pop(1), sys.argv.pop(1)))
+FIRMWARE, ETS_FIRMWARE, TRESTLE = (os.path.abspath(sys.argv.pop(1)) for _ in range(3))
 DEVICE, HOST, OTHER_HOST = "10.78.0.2", "10.78.0.1", "10.78.0.3"  # the last two are ours: one stack runs at each
 MAC = bytes.fromhex("020000007802")
 GROUP, SD_PORT, PORT = "224.244.224.245", 30490, 30509
@@ -106,8 +107,8 @@ class Program:
 
 
 class Board(Program):
-    def __init__(self):
-        super().__init__("qemu-system-arm", "-M", "mps2-an385", "-kernel", FIRMWARE, "-display", "none", "-monitor", "none",
+    def __init__(self, firmware=FIRMWARE):
+        super().__init__("qemu-system-arm", "-M", "mps2-an385", "-kernel", firmware, "-display", "none", "-monitor", "none",
                          "-serial", "none", "-semihosting-config", "enable=on,target=native",
                          "-nic", "tap,ifname=tap0,script=no,downscript=no,model=lan9118")
         self.expect(f"^ready at {DEVICE}:{SD_PORT}")
@@ -343,11 +344,101 @@ asyncio.run(main())
         found.expect("^message 0x8001 E_OK 8 000000")
 
 
+class Testability(unittest.TestCase):
+    """The firmware with the Enhanced Testability Service."""
+    PORT = 30501
+
+    def talk(self):
+        board = Board(ETS_FIRMWARE)
+        self.addCleanup(board.stop)
+        udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(udp.close)
+        udp.bind((HOST, 0))
+        udp.settimeout(PATIENCE)
+        return udp
+
+    def send(self, udp, method, payload, session, message_type=0):
+        header = (0x0101).to_bytes(2, "big") + method.to_bytes(2, "big") + (len(payload) + 8).to_bytes(4, "big")
+        udp.sendto(header + (0x5a5a).to_bytes(2, "big") + session.to_bytes(2, "big") + bytes([1, 1, message_type, 0]) + payload,
+                   (DEVICE, self.PORT))
+
+    def answer(self, udp, session):
+        while True:
+            message = udp.recv(2000)
+            if message[10:12] == session.to_bytes(2, "big"):
+                return message
+
+    def test_conforms(self):
+        """All that the profile does not say to be missing is judged, and good but for one case, of which docs/stacks.md
+        tells the cause."""
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, "-B", ROOT / "test/interop/conform/run_stacks.py", TRESTLE, folder, "cortex_m"],
+                                  env={**os.environ, "TRESTLE_FIRMWARE": ETS_FIRMWARE}, capture_output=True, text=True,
+                                  cwd=ROOT, timeout=1800)
+            self.assertEqual(done.returncode, 0, done.stdout[-4000:] + done.stderr)
+            cases = json.loads(pathlib.Path(folder, "cortex_m/results.json").read_text(encoding="utf-8"))["cases"]
+        bad = {case["id"]: case["reason"] for case in cases if case["verdict"] in ("fail", "error")}
+        self.assertEqual(set(bad) - {"tp.order.duplicates"}, set(), bad)
+        self.assertEqual({case["reason"] for case in cases if case["verdict"] == "unsupported"}, {
+            "the service has no TCP port",
+            "no eventgroup with multicast",
+            "no eventgroup with a multicast threshold above 1, and a trigger",
+            "the profile names no eventgroup over TCP that the device uses",
+            "no service with load balancing",
+            "no service with a configuration",
+            "the profile has no way to stop and start the device",
+            "the profile says that Finds are answered by unicast (policy: multicast_find_answers)"})
+
+    def send_large(self, udp, payload, session, copies=1):
+        """In segments, with pauses: all at once they may be more than the controller keeps."""
+        for at in range(0, len(payload), 1392):
+            piece = payload[at:at + 1392]
+            last = at + len(piece) == len(payload)
+            for _ in range(1 if last else copies):
+                self.send(udp, 0x09, (at | (not last)).to_bytes(4, "big") + piece, session, 0x20)
+                time.sleep(0.01)
+
+    def large_answers(self, udp, expected):
+        """By session, of those that come in segments; `expected` by session, too."""
+        echoes = {session: {} for session in expected}
+        while any(sum(map(len, echoes[session].values())) < len(payload) for session, payload in expected.items()):
+            message = udp.recv(2000)
+            if message[2:4] == b"\x00\x09":
+                self.assertEqual(message[14:16], bytes.fromhex("a000"))  # a segment of a response
+                offset = int.from_bytes(message[16:20], "big") & ~0xf
+                echoes[int.from_bytes(message[10:12], "big")][offset] = message[20:]
+            else:
+                self.assertEqual((message[15], message[16:]), (0, b"\x2a"))
+        return {session: b"".join(parts[at] for at in sorted(parts)) for session, parts in echoes.items()}
+
+    def test_takes_segments_that_come_twice(self):
+        udp = self.talk()
+        payload = (6000).to_bytes(4, "big") + bytes(7 * i & 0xff for i in range(6000))
+        self.send_large(udp, payload, 0x77, copies=2)
+        self.assertEqual(self.large_answers(udp, {0x77: payload}), {0x77: payload})
+
+    def test_serves_others_while_it_sends_large_answers(self):
+        udp = self.talk()
+        payloads = {session: (8000).to_bytes(4, "big") + bytes([session]) * 8000 for session in range(1, 4)}
+        for session, payload in payloads.items():
+            self.send_large(udp, payload, session)
+            self.send(udp, 0x08, b"\x2a", 0x99)  # looked at with the answers
+        self.assertEqual(self.large_answers(udp, payloads), payloads)
+
+    def test_says_so_when_a_string_is_too_long_for_it(self):
+        udp = self.talk()
+        for characters, code in ((127, 0), (1, 0), (384, 0), (385, 1)):
+            text = bytes.fromhex("feff") + "x".encode("utf-16-be") * characters + bytes(2)
+            self.send(udp, 0x16, len(text).to_bytes(4, "big") + text, characters)
+            self.assertEqual(self.answer(udp, characters)[15], code, characters)
+
+
 class Firmware(unittest.TestCase):
     def test_has_no_heap_and_throws_nothing(self):
-        names = subprocess.run(["arm-none-eabi-nm", "-C", FIRMWARE], capture_output=True, text=True, check=True).stdout
-        self.assertIn(" reset\n", names)
-        self.assertEqual(re.findall(r".*\b(?:malloc|_sbrk|free|operator new.*|__cxa_throw|abort)$", names, re.MULTILINE), [])
+        for firmware in (FIRMWARE, ETS_FIRMWARE):
+            names = subprocess.run(["arm-none-eabi-nm", "-C", firmware], capture_output=True, text=True, check=True).stdout
+            self.assertIn(" reset\n", names)
+            self.assertEqual(re.findall(r".*\b(?:malloc|_sbrk|free|operator new.*|__cxa_throw|abort)$", names, re.MULTILINE), [])
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@ after the other, with results in OUT/STACK. Under in_namespaces, from the folder
   build/release/test/interop/in_namespaces python3 test/interop/conform/run_stacks.py build/release/bridge/trestle OUT
 
 The stacks are those of build/peers (`./run setup --peers`; opensomeip only after `build/peers/bin/pip install
-opensomeip==0.2.0`), and with TRESTLE_FIRMWARE=FILE that of examples/cortex_m, in QEMU at a tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in
-docs/stacks.md."""
+opensomeip==0.2.0`), and with TRESTLE_FIRMWARE=FILE that of examples/cortex_m with the Enhanced Testability Service, in QEMU at a
+tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in docs/stacks.md."""
 import json
 import os
 import pathlib
@@ -17,6 +17,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 STACKS = {"pysomeip": "someip", "someipy": "someipy", "someipy_events": "someipy", "opensomeip": "opensomeip",
           "scapy": "scapy"}
 BOARD = "cortex_m"
+BOARD_PROFILE = HERE.parents[2] / "examples" / "cortex_m" / "profile.yaml"
 FIRMWARE = os.environ.get("TRESTLE_FIRMWARE")
 
 arguments, rest = sys.argv[1:], []
@@ -29,10 +30,11 @@ python = os.environ["TRESTLE_PEERS"] + "/bin/python"
 
 
 def switch_on(folder):
-    """Connects the board to this namespace. Its profile can only switch it off and on again."""
-    for command in ("tuntap add tap0 mode tap", "link set tap0 up", "addr add 10.78.0.1/24 dev tap0",
-                    "route replace 224.0.0.0/4 dev tap0"):
-        subprocess.run(["ip", *command.split()], check=True)
+    """Connects the board to this namespace, unless a tap device is there. Its profile can only switch it off and on again."""
+    if subprocess.run(["ip", "link", "show", "tap0"], capture_output=True).returncode != 0:
+        for command in ("tuntap add tap0 mode tap", "link set tap0 up", "addr add 10.78.0.1/24 dev tap0",
+                        "route replace 224.0.0.0/4 dev tap0"):
+            subprocess.run(["ip", *command.split()], check=True)
     os.environ["TRESTLE_BOARD"] = os.path.join(folder, "qemu.pid")
     subprocess.run(["sh", "-c", "qemu-system-arm $TRESTLE_QEMU"], check=True)
 
@@ -50,10 +52,13 @@ for stack in chosen or [*STACKS, *([BOARD] if FIRMWARE else [])]:
         continue
     folder = os.path.join(out, stack)
     print(f"=== {stack}", flush=True)
-    subprocess.run([trestle, "conform", "run", "--dut", str(HERE / f"{stack}.yaml"), "--out", folder, *rest])
-    with open(os.path.join(folder, "results.json")) as file:
-        if json.load(file)["verdicts"]["error"]:
-            status = 1
-    if stack == BOARD:
-        subprocess.run(["sh", "-c", "kill $(cat $TRESTLE_BOARD)"])
+    profile = BOARD_PROFILE if stack == BOARD else HERE / f"{stack}.yaml"
+    try:
+        subprocess.run([trestle, "conform", "run", "--dut", str(profile), "--out", folder, *rest])
+        with open(os.path.join(folder, "results.json")) as file:
+            if json.load(file)["verdicts"]["error"]:
+                status = 1
+    finally:
+        if stack == BOARD:
+            subprocess.run(["sh", "-c", "kill $(cat $TRESTLE_BOARD)"])
 sys.exit(status)
