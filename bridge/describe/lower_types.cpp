@@ -185,6 +185,10 @@ std::optional<std::size_t> TypeLowering::structure(const Type& type, const Owner
         shape.selectors.clear();
       }
     }
+    shape.definition.mark = marks::choice;
+    for (const std::uint32_t selector : shape.selectors) {
+      shape.definition.mark += fmt::format(" {}", selector);
+    }
   }
   const bool is_only = members.size() == 1 && members[0].name == only_member;
   if (!is_only && !add_uses(shape, members, owner, type.kind == Kind::choice, !type.ros_name.empty())) {
@@ -236,6 +240,7 @@ std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, b
   }
   shape.constant_at.clear();
   shape.constant_names = {};
+  const auto constant_notes = std::exchange(shape.constant_notes, {});
   shape.enumerations.clear();
   shape.definition.name = name;
   shape.definition.file = "description";
@@ -255,6 +260,9 @@ std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, b
     }
     for (const auto& [constant, source] : there.constants) {
       into_.sources.emplace(name + "." + constant, source);
+    }
+    for (const auto& [constant, notes] : constant_notes) {
+      into_.notes.emplace(name + "." + constant, notes);
     }
     for (const Shape::Use& use : there.uses) {
       into_.sources.emplace(name + "." + use.field.name, use.source);
@@ -621,7 +629,8 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
         continue;
       }
     }
-    const std::string& name = add_constant(shape, std::move(constant), type->name + "." + one.name);
+    const std::string& name =
+        add_constant(shape, std::move(constant), type->name + "." + one.name, one.notes);
     if (name.substr(prefix.size()) != one.name) {
       names.add(one.name, name);
     }
@@ -633,9 +642,13 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
   }
 }
 
-const std::string& TypeLowering::add_constant(Shape& shape, messages::Constant constant, std::string source) {
+const std::string& TypeLowering::add_constant(Shape& shape, messages::Constant constant, std::string source,
+                                              const Notes& notes) {
   constant.name = shape.constant_names.take(constant.name, "_");
   shape.constants.emplace(constant.name, std::move(source));
+  if (notes != Notes{}) {
+    shape.constant_notes.emplace(constant.name, notes);
+  }
   shape.constant_at.emplace(constant.name, shape.definition.constants.size());
   shape.definition.constants.push_back(std::move(constant));
   return shape.definition.constants.back().name;
@@ -663,7 +676,7 @@ void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps
                   .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
                                      : type.primitive,
                   .value = constant.value},
-                 full_name(constant.scope, constant.name));
+                 full_name(constant.scope, constant.name), constant.notes);
   }
 }
 

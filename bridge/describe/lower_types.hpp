@@ -36,6 +36,7 @@ struct Shape {
   std::vector<Use> uses{};
   std::string source{};
   std::map<std::string, std::string> constants{};    ///< by their ROS names what they were
+  std::map<std::string, Notes> constant_notes{};     ///< by their ROS names
   std::map<std::string, std::size_t> constant_at{};  ///< index of definition.constants by name
   FreeNames constant_names{};
   /// Enumerations whose enumerators are constants already, by what these begin with.
@@ -87,7 +88,8 @@ class TypeLowering {
   std::shared_ptr<const messages::Enumerators> enumerators_of(const Type& type);
   void constants_of(Shape& shape, std::string_view scope, bool keeps_names);
   /// @return the name that it got.
-  const std::string& add_constant(Shape& shape, messages::Constant constant, std::string source);
+  const std::string& add_constant(Shape& shape, messages::Constant constant, std::string source,
+                                  const Notes& notes);
   [[nodiscard]] std::string free_name(const Shape& shape);
 
   const Model& model_;

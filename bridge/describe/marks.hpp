@@ -4,8 +4,8 @@
 
 #include "bridge/describe/ros_names.hpp"
 
-/// What messages::Field::mark says of fields that lower() made of something that ROS has no form for, and by
-/// which raise() makes the same again: docs/describe_types.md.
+/// What the marks of messages::Field and messages::MessageDefinition say of those that lower() made of
+/// something that ROS has no form for, and by which raise() makes the same again: docs/describe_types.md.
 namespace trestle::describe::marks {
 
 inline constexpr std::string_view bytes = "bytes";  ///< a byte buffer
@@ -17,6 +17,8 @@ inline constexpr std::string_view array = "array";
 inline constexpr std::string_view enumeration = "enumeration";
 /// The same of Method::error.
 inline constexpr std::string_view error = "error";
+/// MessageDefinition::mark of a choice. Behind a blank each, its selectors where they are not 1, 2, 3 …
+inline constexpr std::string_view choice = "union";
 
 /// What the constants of an enumeration begin with: "GEAR_" of "Gear".
 /// @param field  that has the enumeration, whose name holds where the enumeration has none.

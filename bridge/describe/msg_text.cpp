@@ -20,15 +20,23 @@ void add_comment(std::string& text, std::string_view comment) {
   }
 }
 
-void add_notes(std::string& text, const Lowered& lowered, const std::string& name) {
-  const auto notes = lowered.notes.find(name);
-  if (notes == lowered.notes.end()) {
-    return;
+std::string notes_text(const Lowered& lowered, const std::string& name) {
+  std::string text;
+  if (const auto notes = lowered.notes.find(name); notes != lowered.notes.end()) {
+    add_comment(text, notes->second.description);
+    if (!notes->second.unit.empty()) {
+      add_comment(text, "unit: " + notes->second.unit);
+    }
   }
-  add_comment(text, notes->second.description);
-  if (!notes->second.unit.empty()) {
-    add_comment(text, "unit: " + notes->second.unit);
-  }
+  return text;
+}
+
+/// Of a message or service. What stands directly above a field is about the field.
+std::string head_text(const Lowered& lowered, const std::string& name, std::string_view mark = {}) {
+  std::string text = notes_text(lowered, name);
+  text += mark.empty() ? "" : fmt::format("{}{}\n", messages::mark_comment, mark);
+  text += text.empty() ? "" : "\n";
+  return text;
 }
 
 std::string type_text(const messages::FieldType& type, std::string_view package) {
@@ -56,23 +64,30 @@ std::string type_text(const messages::FieldType& type, std::string_view package)
   return text;
 }
 
-}  // namespace
-
-std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& definition) {
-  std::string text;
-  add_notes(text, lowered, definition.name);
-  text += text.empty() ? "" : "\n";  // what stands directly above a field is about the field
+/// A message, or a part of a service.
+std::string part_text(const Lowered& lowered, const messages::MessageDefinition& definition) {
+  std::string text = head_text(lowered, definition.name, definition.mark);
   for (const messages::Constant& constant : definition.constants) {
+    text += notes_text(lowered, definition.name + "." + constant.name);
     text += fmt::format("{} {}={}\n", messages::to_string(constant.type), constant.name, constant.value);
   }
   const std::string_view package = std::string_view{definition.name}.substr(0, definition.name.find('/'));
   for (const messages::Field& field : definition.fields) {
-    add_notes(text, lowered, definition.name + "." + field.name);
+    text += notes_text(lowered, definition.name + "." + field.name);
     text += fmt::format("{} {}{}{}", type_text(field.type, package), field.name,
                         field.default_value.empty() ? "" : " ", field.default_value);
     text += field.mark.empty() ? "\n" : fmt::format("  {}{}\n", messages::mark_comment, field.mark);
   }
   return text;
+}
+
+}  // namespace
+
+std::string msg_text(const Lowered& lowered, const messages::MessageDefinition& definition) {
+  std::string text = part_text(lowered, definition);
+  // What begins on the first line is about the message.
+  const bool has_head = !head_text(lowered, definition.name, definition.mark).empty();
+  return !has_head && text.starts_with('#') ? "\n" + text : text;
 }
 
 std::string srv_text(const Lowered& lowered, std::string_view service) {
@@ -89,10 +104,8 @@ std::string srv_text(const Lowered& lowered, std::string_view service) {
       return other.name == constant.name && other.type == constant.type && other.value == constant.value;
     });
   });
-  std::string text;
-  add_notes(text, lowered, std::string{service});
-  text += text.empty() ? "" : "\n";
-  return text + msg_text(lowered, *request) + "---\n" + msg_text(lowered, answer);
+  return head_text(lowered, std::string{service}) + part_text(lowered, *request) + "---\n" +
+         part_text(lowered, answer);
 }
 
 }  // namespace trestle::describe

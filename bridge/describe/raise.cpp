@@ -23,6 +23,15 @@ using messages::TypeRules;
 using someip::FieldWidth;
 using Form = TypeRules::Form;
 
+Notes notes_of(const messages::Comment& comment) {
+  return {.description = comment.text, .unit = comment.unit};
+}
+
+/// The comment of a request is the service's.
+bool is_request(std::string_view name) {
+  return name.ends_with("_Request") && name.find("/srv/") != std::string_view::npos;
+}
+
 /// The constants of a message that are enumerators of its fields: those of each "GEAR_", the longest one that
 /// a constant begins with.
 class Enumerations {
@@ -149,7 +158,8 @@ class Raising {
     Type type{.kind = own.form == Form::choice ? Kind::choice : Kind::structure,
               .name = definition.name.substr(definition.name.rfind('/') + 1),
               .scope = definition.name.substr(0, definition.name.find('/')),
-              .ros_name = definition.name};
+              .ros_name = definition.name,
+              .notes = is_request(definition.name) ? Notes{} : notes_of(definition.comment)};
     type.wire = frame({}, own, {});
     type.selectors = selectors.empty() ? own.itself.selectors : selectors;
     const bool is_bits = own.form == Form::bits8 || own.form == Form::bits16 || own.form == Form::bits32;
@@ -205,6 +215,7 @@ class Raising {
     }
     value.name = field.name;
     value.default_value = field.default_value;
+    value.notes = notes_of(field.comment);
     if (tag != own.tags.end()) {
       value.tag = tag->second;
       value.optional = may_be_missing;
@@ -264,7 +275,8 @@ class Raising {
           primitive == Primitive::uint64
               ? static_cast<std::int64_t>(messages::read_integer<std::uint64_t>(one->value).value_or(0))
               : messages::read_integer<std::int64_t>(one->value).value_or(0);
-      type.enumerators.push_back({.name = one->name.substr(prefix.size()), .value = value});
+      type.enumerators.push_back(
+          {.name = one->name.substr(prefix.size()), .value = value, .notes = notes_of(one->comment)});
     }
     if (name.empty()) {
       type.scope.clear();
@@ -364,7 +376,8 @@ class Raising {
           {.name = constant.name,
            .type = is_text ? text(constant.type, 0, default_wire(Kind::string)) : primitive(constant.type),
            .value = constant.value,
-           .scope = definition.name});
+           .scope = definition.name,
+           .notes = notes_of(constant.comment)});
     }
   }
 
@@ -414,6 +427,43 @@ Payload payload_of(const MessageRules& rules, std::vector<std::string>& lost) {
   return payload;
 }
 
+/// The selectors of a choice that a mark says; nothing: it does not fit the message.
+std::optional<std::vector<std::uint32_t>> choice_of(const messages::MessageDefinition& definition) {
+  std::string_view mark = definition.mark;
+  const bool fits =
+      !definition.fields.empty() && std::ranges::all_of(definition.fields, [](const messages::Field& field) {
+        return field.type.array == ArrayKind::bounded && field.type.array_size == 1;
+      });
+  if (!fits || mark.substr(0, mark.find(' ')) != marks::choice) {
+    return std::nullopt;
+  }
+  std::vector<std::uint32_t> selectors;
+  std::set<std::uint32_t> known;
+  for (mark.remove_prefix(marks::choice.size()); !mark.empty();) {
+    mark.remove_prefix(1);  // the blank
+    const std::string_view word = mark.substr(0, mark.find(' '));
+    mark.remove_prefix(word.size());
+    const auto selector = messages::read_integer<std::uint32_t>(word);
+    if (!selector || !known.insert(*selector).second) {
+      return std::nullopt;
+    }
+    selectors.push_back(*selector);
+  }
+  return selectors.empty() || selectors.size() == definition.fields.size() ? std::optional{selectors}
+                                                                           : std::nullopt;
+}
+
+/// For messages that nobody gave rules: what their marks say.
+void add_marked(const messages::TypeTree& tree, MessageRules& rules) {
+  for (const messages::MessageDefinition& definition : tree.messages) {
+    if (auto selectors = choice_of(definition)) {
+      TypeRules& own = rules.types[definition.name];
+      own.form = Form::choice;
+      own.itself.selectors = std::move(*selectors);
+    }
+  }
+}
+
 }  // namespace
 
 Value value_of(const Model& model, TypeIndex type, std::string name) {
@@ -426,7 +476,9 @@ Value value_of(const Model& model, TypeIndex type, std::string name) {
 
 TypeIndex raise(RaisedTypes& types, const messages::TypeTree& tree) {
   std::vector<std::string> lost;
-  return Raising{types, tree, {}, lost}.root({}).type;
+  MessageRules rules;
+  add_marked(tree, rules);
+  return Raising{types, tree, rules, lost}.root({}).type;
 }
 
 Payload raise(RaisedTypes& types, const messages::TypeTree& tree, const MessageRules& rules, std::string name,
@@ -438,7 +490,7 @@ Payload raise(RaisedTypes& types, const messages::TypeTree& tree, const MessageR
 
 Method raise(RaisedTypes& types, const messages::ServiceTypes& service, const MessageRules& rules,
              std::string name, std::vector<std::string>& lost) {
-  Method method{.name = std::move(name)};
+  Method method{.name = std::move(name), .notes = notes_of(service.request.root().comment)};
   method.request = payload_of(rules, lost);
   method.response = method.request;
   // Calls without arguments have no payload.
@@ -460,7 +512,10 @@ Method raise(RaisedTypes& types, const messages::ServiceTypes& service, const Me
 
 Method raise(RaisedTypes& types, const messages::ServiceTypes& service, std::string name) {
   std::vector<std::string> lost;
-  return raise(types, service, {}, std::move(name), lost);
+  MessageRules rules;
+  add_marked(service.request, rules);
+  add_marked(service.response, rules);
+  return raise(types, service, rules, std::move(name), lost);
 }
 
 }  // namespace trestle::describe

@@ -13,7 +13,6 @@
 
 #include "bridge/describe/raise.hpp"
 #include "bridge/describe/ros_names.hpp"
-#include "bridge/describe/sources/msg_comments.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/parsers.hpp"
 
@@ -191,40 +190,6 @@ class GivenFiles : public messages::TypeSource {
   }
 };
 
-/// Puts the comments of files to the members that were made of their fields.
-void add_comments(Model& model, const GivenFiles& given) {
-  std::map<std::string, std::map<std::string, Notes>, std::less<>> comments;  // by message, by field
-  for (const auto& [name, file] : given.files) {
-    const auto interface = messages::interface_name(name);
-    if (!interface || file.name.ends_with(".idl")) {
-      continue;
-    }
-    const auto definitions = given.find(*interface);
-    if (!definitions || !*definitions) {
-      continue;
-    }
-    const MsgComments of_file{file.text};
-    for (const messages::MessageDefinition& message : **definitions) {
-      for (const messages::Field& field : message.fields) {
-        if (Notes notes = of_file.of(field); notes != Notes{}) {
-          comments[message.name].emplace(field.name, std::move(notes));
-        }
-      }
-    }
-  }
-  for (Type& type : model.types) {
-    const auto of_message = comments.find(type.ros_name);
-    if (of_message == comments.end()) {
-      continue;
-    }
-    for (Value& member : type.members) {
-      if (const auto found = of_message->second.find(member.name); found != of_message->second.end()) {
-        member.notes = found->second;
-      }
-    }
-  }
-}
-
 /// The names of the first two modules of an `.idl` file, "pkg/srv"; empty where they are not found.
 std::string modules_of(std::string_view text) {
   std::string modules;
@@ -328,7 +293,6 @@ Reading read_ros_files(std::span<const SourceText> files, const std::vector<std:
   }
   messages::TypeLibrary library = messages::TypeLibrary::in(places);
   Reading reading = describe_ros(interfaces, library);
-  add_comments(reading.model, *given);
   reading.problems.insert(reading.problems.begin(), problems.begin(), problems.end());
   return reading;
 }

@@ -76,6 +76,7 @@ std::size_t unescape(std::string_view text, bool wide, std::string& into) {
 
 IdlToken IdlLexer::next() {
   IdlToken token;
+  comments_.clear();
   if (!skip_blanks(token)) {
     return token;
   }
@@ -97,14 +98,14 @@ bool IdlLexer::skip_blanks(IdlToken& into) {
   for (;;) {
     skip(run(text_, [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }));
     if (text_.starts_with("//")) {
-      skip(std::min(text_.find('\n'), text_.size()));
+      skip_comment(std::min(text_.find('\n'), text_.size()));
     } else if (text_.starts_with("/*")) {
       const std::size_t end = text_.find("*/", 2);
       if (end == std::string_view::npos) {
         into = bad("the comment has no end");
         return false;
       }
-      skip(end + 2);
+      skip_comment(end + 2);
     } else if (text_.starts_with("#")) {
       if (!skip_include(into)) {
         return false;
@@ -138,6 +139,13 @@ void IdlLexer::skip(std::size_t bytes) {
     line_ += c == '\n' ? 1 : 0;
   }
   text_.remove_prefix(bytes);
+}
+
+void IdlLexer::skip_comment(std::size_t bytes) {
+  IdlComment comment{.text = text_.substr(0, bytes), .first_line = line_, .column = column_};
+  skip(bytes);
+  comment.last_line = line_;
+  comments_.push_back(comment);
 }
 
 IdlToken IdlLexer::take(IdlToken::Kind kind, std::size_t bytes) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace trestle::messages {
 
@@ -21,6 +22,14 @@ struct IdlToken {
   int column = 1;  ///< in bytes, from 1
 };
 
+/// A comment, "// text" or "/* text */", with its signs. `text` points into the file's text.
+struct IdlComment {
+  std::string_view text;
+  int first_line = 1;
+  int last_line = 1;
+  int column = 1;  ///< of its first sign
+};
+
 /// Cuts the text of an `.idl` file into tokens, without comments and `#include` lines.
 class IdlLexer {
  public:
@@ -29,15 +38,20 @@ class IdlLexer {
 
   [[nodiscard]] IdlToken next();
 
+  /// What stood between the last token and the one before it.
+  [[nodiscard]] const std::vector<IdlComment>& comments() const noexcept { return comments_; }
+
  private:
   /// True when a token begins here; false: `into` is the end, or what is wrong.
   bool skip_blanks(IdlToken& into);
   bool skip_include(IdlToken& into);
   void skip(std::size_t bytes);
+  void skip_comment(std::size_t bytes);
   [[nodiscard]] IdlToken take(IdlToken::Kind kind, std::size_t bytes);
   [[nodiscard]] IdlToken bad(std::string_view text) const;
 
   std::string_view text_;
+  std::vector<IdlComment> comments_{};
   int line_ = 1;
   int column_ = 1;
 };

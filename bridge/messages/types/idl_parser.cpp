@@ -12,6 +12,7 @@
 
 #include "bridge/messages/types/idl_lexer.hpp"
 #include "bridge/messages/types/literals.hpp"
+#include "bridge/messages/types/msg_comments.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -61,6 +62,20 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 1> refused_a
     {"optional", "rosidl always sends such a member, others do not"},
 }};
 
+/// Adds the text of a comment without "//", "///<", "/**", "*/" and the stars that begin its lines.
+void add_text(Comment& to, std::string_view text) {
+  if (text.starts_with("/*")) {
+    text.remove_suffix(2);
+  }
+  constexpr std::string_view signs = "/*!< \t";
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    add_comment(to, line.substr(std::min(line.find_first_not_of(signs), line.size())));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+}
+
 template <typename Table>
 auto entry_of(const Table& table, std::string_view word) {
   return std::ranges::find(table, word, &Table::value_type::first);
@@ -102,6 +117,7 @@ class IdlParser {
     if (token_.text == "@") {
       return annotations(none) && (none ? fail(token_, "a default value is for members") : true);
     }
+    take_comments_above();
     if (token_.text == "const") {
       return constant();
     }
@@ -119,6 +135,7 @@ class IdlParser {
 
   bool module() {
     IdlToken name;
+    comment_ = {};
     advance();
     if (!word(name, "a module's name")) {
       return false;
@@ -143,6 +160,8 @@ class IdlParser {
   }
 
   bool constant() {
+    const IdlToken begin = token_;
+    Comment comment = std::exchange(comment_, {});
     advance();
     const IdlToken type_at = token_;
     FieldType type;
@@ -158,14 +177,17 @@ class IdlParser {
     if (!literal(value) || !spell(value, type, spelled) || !sign(";")) {
       return false;
     }
+    take_comments_behind(begin, comment);
     auto& constants = constants_[modules_.empty() ? std::string{} : std::string{modules_.back()}];
     const bool is_new = std::ranges::none_of(
         constants, [&](const PlacedConstant& other) { return other.constant.name == name.text; });
-    constants.push_back({{std::string{name.text}, *type.primitive, std::move(spelled)}, name});
+    constants.push_back(
+        {{std::string{name.text}, *type.primitive, std::move(spelled), std::move(comment)}, name});
     return is_new || fail(name, fmt::format("the name {} is used twice", name.text));
   }
 
   bool type_definition() {
+    comment_ = {};
     advance();
     FieldType type;
     IdlToken name;
@@ -178,6 +200,7 @@ class IdlParser {
   }
 
   bool structure() {
+    Comment comment = std::exchange(comment_, {});
     advance();
     IdlToken name;
     if (!word(name, "a struct's name")) {
@@ -191,7 +214,7 @@ class IdlParser {
                     structs_.size() == expected_.size() ? "the end" : "struct " + expected_[structs_.size()],
                     full));
     }
-    MessageDefinition into{full, file_, {}, {}, true};
+    MessageDefinition into{full, file_, {}, {}, true, std::move(comment)};
     if (token_.text == ":") {
       return fail(token_, "rosidl knows no inheritance of structs");
     }
@@ -220,6 +243,8 @@ class IdlParser {
       return false;
     }
     const IdlToken type_at = token_;
+    const std::size_t first = into.fields.size();
+    Comment comment = std::exchange(comment_, {});
     FieldType base;
     if (!type_specification(base)) {
       return false;
@@ -239,10 +264,18 @@ class IdlParser {
       }
       into.fields.push_back(
           {std::string{name.text}, std::move(type), std::move(spelled), type_at.line, type_at.column});
-      if (token_.text != ",") {
-        return sign(";");
+      if (token_.text == ",") {
+        advance();
+        continue;
       }
-      advance();
+      if (!sign(";")) {
+        return false;
+      }
+      take_comments_behind(type_at, comment);
+      for (std::size_t i = first; i < into.fields.size(); ++i) {
+        into.fields[i].comment = comment;
+      }
+      return true;
     }
   }
 
@@ -376,7 +409,40 @@ class IdlParser {
     return true;
   }
 
+  /// Adds what stands directly above the next token to the comment of what begins there.
+  /// @param is_annotated  the last token is one of an annotation of it.
+  void take_comments_above(bool is_annotated = false) {
+    const std::vector<IdlComment>& all = lexer_.comments();
+    std::size_t first = all.size();
+    for (int below = token_.line; first > taken_ && all[first - 1].last_line >= below - 1; --first) {
+      below = all[first - 1].first_line;
+    }
+    for (; first < all.size(); ++first) {
+      const bool is_beside_other =
+          !is_annotated && all[first].first_line == last_line_ && all[first].last_line != token_.line;
+      if (!is_beside_other) {
+        add_text(comment_, all[first].text);
+      }
+    }
+    taken_ = all.size();
+  }
+
+  /// Adds what stands behind the ';' of a declaration, and below that, if it is further in.
+  void take_comments_behind(const IdlToken& declaration, Comment& to) {
+    int line = last_line_;
+    for (const IdlComment& one : lexer_.comments()) {
+      const bool is_below = taken_ > 0 && one.first_line == line + 1 && one.column > declaration.column;
+      if (one.last_line == token_.line || !(one.first_line == line || is_below)) {
+        return;
+      }
+      add_text(to, one.text);
+      line = one.last_line;
+      ++taken_;
+    }
+  }
+
   bool annotations(std::optional<IdlLiteral>& default_value) {
+    take_comments_above();
     while (token_.text == "@") {
       advance();
       const IdlToken at = token_;
@@ -394,10 +460,17 @@ class IdlParser {
           refused != refused_annotations.end()) {
         return fail(at, fmt::format("@{}: {}", refused->first, refused->second));
       }
-      const bool good = name.text == "default" ? default_of_member(default_value) : skip_parameters();
+      std::map<std::string_view, std::string> texts;
+      const bool good = name.text == "default" ? default_of_member(default_value) : parameters(texts);
       if (!good) {
         return false;
       }
+      if (name.text == "verbatim" && texts["language"] == "comment") {
+        add_comment(comment_, texts["text"]);
+      } else if (name.text == "unit" && !texts["value"].empty()) {
+        comment_.unit = texts["value"];
+      }
+      take_comments_above(true);
     }
     return true;
   }
@@ -416,14 +489,22 @@ class IdlParser {
     return literal(value.emplace()) && sign(")");
   }
 
-  bool skip_parameters() {
+  /// "(language="comment", text="a" "b")" or "("m")"; others are skipped.
+  /// @param texts  those that are strings; one without a name is "value".
+  bool parameters(std::map<std::string_view, std::string>& texts) {
     if (token_.text != "(") {
       return true;
     }
+    std::string_view name = "value";
     int open = 0;
     do {
       if (token_.kind == Kind::end || token_.kind == Kind::bad) {
         return fail_expected(")");
+      }
+      if (token_.kind == Kind::string) {
+        texts[name] += unescaped_idl_string(token_.text, token_.text.starts_with('L'));
+      } else if (token_.kind == Kind::word) {
+        name = token_.text;
       }
       open += token_.text == "(" ? 1 : token_.text == ")" ? -1 : 0;
       advance();
@@ -501,7 +582,11 @@ class IdlParser {
     return true;
   }
 
-  void advance() { token_ = lexer_.next(); }
+  void advance() {
+    last_line_ = token_.line;
+    taken_ = 0;
+    token_ = lexer_.next();
+  }
 
   bool fail_expected(std::string_view what) {
     if (token_.kind == Kind::bad) {
@@ -520,6 +605,9 @@ class IdlParser {
   IdlLexer lexer_;
   const std::string& file_;
   IdlToken token_;                     ///< the next token
+  int last_line_ = 0;                  ///< of the one before it
+  std::size_t taken_ = 0;              ///< comments between the two that were used
+  Comment comment_{};                  ///< of what comes next
   std::vector<std::string> expected_;  ///< the names of the structs
   std::vector<std::string_view> modules_;
   std::map<std::string, FieldType, std::less<>> type_names_;

@@ -105,6 +105,13 @@ struct FieldType {
   friend bool operator==(const FieldType&, const FieldType&) = default;
 };
 
+/// What people wrote beside a message, a field or a constant, for other people. Plays no part in ROS.
+struct Comment {
+  std::string text{};  ///< lines, without comment signs
+  std::string unit{};  ///< of a number: "km/h"
+  friend bool operator==(const Comment&, const Comment&) = default;
+};
+
 /// A field of a message, in the order of the wire.
 struct Field {
   std::string name;
@@ -115,6 +122,7 @@ struct Field {
   /// "bytes" of a comment "# trestle: bytes" behind the field: what it was in the interface description that
   /// the file was made of. Empty: nothing else. docs/describe_types.md has the list. Plays no part in ROS.
   std::string mark{};
+  Comment comment{};
 };
 
 /// What such a comment begins with.
@@ -125,6 +133,7 @@ struct Constant {
   std::string name;
   Primitive type = Primitive::int32;
   std::string value;  ///< as written, with the quotes of a string
+  Comment comment{};
 };
 
 /// One message type as its file defines it.
@@ -134,6 +143,8 @@ struct MessageDefinition {
   std::vector<Field> fields;
   std::vector<Constant> constants;
   bool is_idl = false;  ///< read from an `.idl` file, where char is a type of its own, and no uint8
+  Comment comment{};    ///< of the first part of a `.srv` file: of the service
+  std::string mark{};   ///< "union" of a line "# trestle: union" before the fields; as Field::mark
 };
 
 /// A message type and all that it is made of. Each message stands before those that use it, the type itself

@@ -12,6 +12,7 @@
 #include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/literals.hpp"
+#include "bridge/messages/types/msg_comments.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -72,6 +73,9 @@ class LineParser {
     }
     skip_blanks();
     if (at_ == line_.size()) {
+      if (!mark_.empty() && into_.fields.empty()) {
+        into_.mark = mark_;
+      }
       return true;
     }
     const auto type_at = at_;
@@ -334,11 +338,13 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_parts(std::string_
     text.remove_prefix(3);  // a byte order mark
   }
   std::size_t part = 0;
+  MsgComments comments{parts.size() == 1};
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (parts.size() > 1 && is_separator(line)) {
+      comments.end_part(parts[part]);
       if (++part == parts.size()) {
         return tl::unexpected{TypeError{
             file, number, 1, fmt::format("expected {} parts with --- between them, found more", part)}};
@@ -348,7 +354,9 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_parts(std::string_
     if (LineParser parser{line, number, parts[part]}; !parser.parse()) {
       return tl::unexpected{parser.error()};
     }
+    comments.add_line(line, parts[part]);
   }
+  comments.end_part(parts[part]);
   if (part + 1 != parts.size()) {
     return tl::unexpected{
         TypeError{file, 0, 0,

@@ -64,7 +64,8 @@ void add_generated_messages(std::vector<MessageDefinition>& messages, const Inte
 ///
 /// Refused by name, with the place: what ROS 2 cannot send (unions, enumerations, maps, inheritance ...),
 /// what SOME/IP cannot say (wchar, long double), and @key and @optional, which change what is on the wire for
-/// some. Other annotations mean nothing, but for @default.
+/// some. Other annotations mean nothing, but for @default, @unit and @verbatim (language="comment"): the last
+/// two, and comments above and behind a declaration, are what people wrote beside it.
 ///
 /// @param name  the structs have to be in its modules and be named after it.
 /// @param file  the file's name, for errors.

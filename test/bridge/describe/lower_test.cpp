@@ -74,7 +74,7 @@ TEST(Lower, MakesMessagesOfEventsAndKeepsWhatTheyWere) {
   ASSERT_EQ(lowered.members.size(), 1U);
   EXPECT_EQ(lowered.members[0].type, "test/msg/DoorChanged");
   EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"),
-            "# of the road\n# ahead\n# unit: km/h\nuint16 speed_limit\nstring class_value\n");
+            "\n# of the road\n# ahead\n# unit: km/h\nuint16 speed_limit\nstring class_value\n");
   EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged"), "org.test.Door.changed");
   EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged.speed_limit"), "speedLimit");
   EXPECT_EQ(lowered.ros_names("org.test.Door.changed"), std::vector<std::string>{"test/msg/DoorChanged"});
@@ -172,7 +172,7 @@ TEST(Lower, MakesChoicesOfOptionalFields) {
   model.at(choice).selectors = {5, 9};
   event(model, {value(model, "shape", choice)});
   EXPECT_EQ(text_of(lower(model), "test/msg/Shape"),
-            "uint8[<=1] dot\nShapeLine[<=1] line  # trestle: array\n");
+            "# trestle: union 5 9\n\nuint8[<=1] dot\nShapeLine[<=1] line  # trestle: array\n");
   EXPECT_EQ(payload_of(model, R"({"shape": {"line": [{"elements": [1, 2]}]}})"),
             "00000006"
             "00000009"

@@ -158,6 +158,7 @@ class SheetWriter {
     }
     std::ranges::for_each(model_.services, [this](const Service& one) { service(one); });
     types();
+    constants();
     return std::move(lost_);
   }
 
@@ -337,6 +338,18 @@ class SheetWriter {
       } else if (type.kind == Kind::primitive) {
         form_.paragraph(fmt::format("A {}.", messages::to_string(type.primitive)));
       }
+    }
+  }
+
+  void constants() {
+    std::vector<std::vector<std::string>> rows;
+    for (const Constant& one : model_.constants) {
+      rows.push_back({full_name(one.scope, one.name), label(one.type), one.value, one.notes.unit,
+                      one.notes.description});
+    }
+    if (!rows.empty()) {
+      form_.heading(2, "Constants");
+      form_.table({"constant", "type", "value", "unit", "meaning"}, rows);
     }
   }
 

@@ -16,7 +16,7 @@ inline constexpr std::size_t max_sheet_rows = 500'000;
 
 /// Writes an interface sheet for people: "interfaces.md" in Markdown, and the same as one HTML file that
 /// needs nothing else, "interfaces.html". It has services with ids and instances, eventgroups, the byte
-/// layout of each payload, and all types. Payloads for whose bytes there is no room are told.
+/// layout of each payload, all types and constants. Payloads for whose bytes there is no room are told.
 [[nodiscard]] Written write_sheet(const Model& model);
 
 }  // namespace trestle::describe
