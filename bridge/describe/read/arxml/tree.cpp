@@ -160,6 +160,29 @@ class Handlers {
             {static_cast<int>(std::min<XML_Size>(XML_GetCurrentLineNumber(parser_), most)),
              static_cast<int>(std::min<XML_Size>(XML_GetCurrentColumnNumber(parser_) + 1, most))}};
   }
+  /// What is wrong where expat stopped, and what was expected.
+  [[nodiscard]] std::string text_of(XML_Error error) const {
+    const std::string open = current_ == nullptr
+                                 ? "AUTOSAR"
+                                 : (skipped_from_ > 0 ? "an element in " : "") +
+                                       std::string{to_string(current_->tag)} + ", which begins on line " +
+                                       std::to_string(current_->line) + ",";
+    switch (error) {
+      case XML_ERROR_NO_ELEMENTS:
+        return depth_ == 0 ? "the file is empty, and XML with the top element AUTOSAR was expected"
+                           : "the file ends here, and the end of " + open + " was expected";
+      case XML_ERROR_UNCLOSED_TOKEN:
+        return "the file ends within the tag or comment that begins here";
+      case XML_ERROR_TAG_MISMATCH:
+        return "this tag ends another element, and the end of " + open + " was expected";
+      default:
+        return std::string{"this is not well-formed XML: "} + XML_ErrorString(error) +
+               (depth_ == 0 && error != XML_ERROR_JUNK_AFTER_DOC_ELEMENT
+                    ? "; the top element AUTOSAR was expected"
+                    : "");
+    }
+  }
+
   [[nodiscard]] bool stopped() const noexcept { return stopped_; }
   /// What is said once for the whole file.
   void finish() {
@@ -437,8 +460,7 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
     }
     if (XML_ParseBuffer(parser.get(), static_cast<int>(stream.gcount()), last ? 1 : 0) != XML_STATUS_OK) {
       if (!handlers.stopped()) {
-        problems_.error(handlers.here(), std::string{"this is not well-formed XML: "} +
-                                             XML_ErrorString(XML_GetErrorCode(parser.get())));
+        problems_.error(handlers.here(), handlers.text_of(XML_GetErrorCode(parser.get())));
       }
       return false;
     }

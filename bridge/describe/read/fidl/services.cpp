@@ -136,10 +136,12 @@ void Maker::service(const Collection& collection) {
   }
   service.has_version = tree.has_version;
   if (!tree.has_version) {
-    findings_.warning(
-        tree.name.place,
-        fmt::format("{} has no version, for which CommonAPI's generators refuse it; 1.0 is taken",
-                    documents::quote(tree.name.text)));
+    if (!tree.name.text.empty()) {  // else its name was missed already
+      findings_.warning(
+          tree.name.place,
+          fmt::format("{} has no version, for which CommonAPI's generators refuse it; 1.0 is taken",
+                      documents::quote(tree.name.text)));
+    }
   } else if (tree.major < 0 || tree.major > 0xff) {
     findings_.error(tree.name.place,
                     fmt::format("the major version of {} is {}; expected a number from 0 to 255, as the "

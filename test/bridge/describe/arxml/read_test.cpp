@@ -9,6 +9,7 @@
 namespace trestle::describe {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -1053,14 +1054,26 @@ TEST(ReadArxml, DoesNotTakeTheFirstOfSeveralSignalsForTheWholePayload) {
 // --- what is wrong ----------------------------------------------------------------------------------------
 
 TEST(ReadArxml, RefusesWhatIsNoXmlOrNoArxml) {
-  EXPECT_THAT(problems_of(read_texts({""})), HasSubstr("0.arxml:1:1: error: this is not well-formed XML"));
+  EXPECT_THAT(
+      problems_of(read_texts({""})),
+      HasSubstr("0.arxml:1:1: error: the file is empty, and XML with the top element AUTOSAR was expected"));
   EXPECT_THAT(problems_of(read_texts({"<a>\n<b></a>"})),
               HasSubstr("0.arxml:1:1: error: the top element is a"));
   EXPECT_THAT(problems_of(read_texts({std::string{arxml_head} + "\n  <AR-PACKAGES></AR-PACKAGE>"})),
-              HasSubstr("error: this is not well-formed XML: mismatched tag"));
+              HasSubstr("error: this tag ends another element, and the end of AR-PACKAGES, which begins on "
+                        "line 3, was expected"));
   const std::string whole = arxml(service(""));
-  EXPECT_THAT(problems_of(read_texts({whole.substr(0, whole.size() / 2 + 40)})),
-              HasSubstr("error: this is not well-formed XML"));
+  const std::size_t end_of_name = whole.find("</SHORT-NAME>");
+  EXPECT_THAT(problems_of(read_texts({whole.substr(0, end_of_name)})),
+              ContainsRegex("error: the file ends here, and the end of SHORT-NAME, which begins on line "
+                            "[0-9]+, was expected"));
+  EXPECT_THAT(problems_of(read_texts({whole.substr(0, end_of_name + 5)})),
+              HasSubstr("error: the file ends within the tag or comment that begins here"));
+  EXPECT_THAT(
+      problems_of(read_texts({"package car\n"})),
+      ContainsRegex("0.arxml:1:1: error: this is not well-formed XML: .*; the top element AUTOSAR was "
+                    "expected"));
+  EXPECT_THAT(problems_of(read_texts({whole + "more"})), HasSubstr("junk after document element"));
   EXPECT_THAT(problems_of(read_texts({"<AUTOSAR xmlns=\"http://autosar.org/3.2.1\"/>"})),
               HasSubstr("http://autosar.org/schema/r4.0 was expected"));
 }
