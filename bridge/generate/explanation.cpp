@@ -12,6 +12,7 @@
 #include "bridge/describe/protection.hpp"
 #include "bridge/describe/raise.hpp"
 #include "bridge/documents/section.hpp"
+#include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "bridge/messages/values/message_values.hpp"
 
@@ -231,12 +232,14 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
   }
   // In the words of the description, as `trestle call` has them; or in those of ROS, whose unions differ.
   const messages::TypeTree ros_tree = *tree;
+  // Those of a method are of both its messages.
+  const messages::MessageRules rules = messages::rules_for(ros_tree, part.rules);
   messages::Words words{.name = part.element, .argument = part.argument};
   for (const messages::MessageDefinition& message : tree->messages) {
     const auto found = lowered.words.find(message.name);
     words.messages.push_back(found == lowered.words.end() ? messages::MessageWords{} : found->second);
   }
-  const auto made = messages::MessageValues::make(std::move(*tree), part.rules, std::move(words));
+  const auto made = messages::MessageValues::make(std::move(*tree), rules, std::move(words));
   if (!made) {
     return tl::unexpected{made.error()};
   }
@@ -244,7 +247,7 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
   if (bytes) {
     return std::move(*bytes);
   }
-  if (const auto by_ros = messages::MessageValues::make(ros_tree, part.rules)) {
+  if (const auto by_ros = messages::MessageValues::make(ros_tree, rules)) {
     if (auto again = by_ros->parse(values, messages::ValueForm::yaml)) {
       return std::move(*again);
     }

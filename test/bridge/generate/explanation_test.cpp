@@ -115,6 +115,23 @@ TEST(Explain, TakesValuesOfUnions) {
               ElementsAre("0 4 any length 4", "4 4 any selector 2", "8 4 any.large uint32 7"));
 }
 
+TEST(Explain, TakesValuesOfMethodsWhoseResponseHasRulesOfItsOwn) {
+  const describe::System system = system_of(std::string{door} +
+                                            "union Other { UInt8 tiny }\n"
+                                            "method ask { in { Any any } out { Other other } }\n"
+                                            "method tell { in { UInt8 what } out { Other other } }\n");
+  const auto ask = explain(system, "Door.ask", "{any: {large: 7}}");
+  ASSERT_TRUE(ask) << ask.error();
+  EXPECT_THAT(lines_of(ask->front()),
+              ElementsAre("0 4 any length 4", "4 4 any selector 2", "8 4 any.large uint32 7"));
+  for (const char* const element : {"Door.ask.response", "Door.tell.response"}) {
+    const auto answer = explain(system, element, "{other: {tiny: 1}}");
+    ASSERT_TRUE(answer) << answer.error();
+    EXPECT_THAT(answer->front().bytes, SizeIs(9));
+  }
+  EXPECT_TRUE(explain(system, "Door.tell", "{what: 3}"));
+}
+
 TEST(Explain, KnowsTypesByTheirNames) {
   const auto type = explain(system_of(door), "Opening", "{angle: 3}");
   ASSERT_TRUE(type) << type.error();
