@@ -160,9 +160,18 @@ slots::Peer* ServiceDiscovery::guest() noexcept {
   return peers_.add_at(last);
 }
 
-// Whether the peer's rate limit allows another entry.
+// Whether the rate limit of the peer allows another entry. The first at an address counts for all of its
+// ports; where there are few places, a host cannot have many.
 bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimePoint now) noexcept {
   const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
+  if constexpr (optimised_for_many) {
+    for (const slots::Peer& first : peers_) {
+      if (first.endpoint.address == peers_[peer].endpoint.address) {
+        peer = first.index;
+        break;
+      }
+    }
+  }
   if (peers_[peer].entries.take(now, pause, settings_.max_entries_at_once, cost)) {
     return true;
   }
@@ -240,8 +249,12 @@ void ServiceDiscovery::note_heard(slots::Peer& peer, TimePoint now) noexcept {
 const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
   const slots::Peer* most = nullptr;
   for (slots::Peer& peer : peers_) {
+    if (optimised_for_many && peer.held == 0) {
+      continue;  // of many peers few have something that is looked for
+    }
     for (slots::Peer& later : peers_) {
-      if (later.index > peer.index && later.endpoint.address == peer.endpoint.address) {
+      if (later.index > peer.index && (!optimised_for_many || later.held != 0) &&
+          later.endpoint.address == peer.endpoint.address) {
         peer.held = static_cast<std::uint16_t>(peer.held + std::exchange(later.held, std::uint16_t{0}));
       }
     }

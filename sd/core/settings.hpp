@@ -109,10 +109,10 @@ struct DiscoveryRules {
   /// gives way, and one that renews stays. If no peer is silent, an entry of the address with the most gives
   /// way, if the newcomer's address has fewer.
   Duration silent_after = std::chrono::seconds{10};
-  /// FindService and SubscribeEventgroup entries that are taken from one peer, and offers that it withdraws
-  /// or changes: on average, and in a row. A refused one counts as four. Answers to our subscriptions count
-  /// when they change one without a question of ours. Further ones are ignored; an offer that is new, or only
-  /// repeats another, is always taken. Each at least 1.
+  /// FindService and SubscribeEventgroup entries taken from one address (in small cores, from each port), and
+  /// offers that it withdraws or changes: on average, and in a row. A refused one counts as four. Answers to
+  /// our subscriptions count when they change one unasked. Further ones are ignored; an offer that is new, or
+  /// only repeats another, is always taken. Each at least 1.
   std::uint32_t max_entries_per_second = 2000;
   std::uint32_t max_entries_at_once = 10'000;
   /// Reboots of one peer that are believed: on average one in each such pause, and max_reboots_at_once in a

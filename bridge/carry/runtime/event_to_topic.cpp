@@ -84,7 +84,10 @@ class EventToTopic final : public RunningRoute {
     }
   }
 
-  void stop() override { stopped_ = true; }
+  void stop() override {
+    past_faults_ = faults();  // the node forgets its subscriptions
+    stopped_ = true;
+  }
 
   [[nodiscard]] CounterGroup counters() const override {
     using enum someip::CounterKind;
@@ -294,7 +297,7 @@ class EventToTopic final : public RunningRoute {
 
   [[nodiscard]] sd::SubscriptionFaults faults() const {
     sd::SubscriptionFaults sum = past_faults_;
-    if (subscription_) {
+    if (subscription_ && !stopped_) {
       someip::add_counters(sum, context_.someip->subscription_faults(*subscription_));
     }
     return sum;

@@ -7,7 +7,7 @@ from attacker import CAR, Attacker, open_udp, pace
 from figures import at_most, holds
 from lab import ADDRESS, ATTACKERS, MANY, SILENT, STRANGERS, Failed
 from scenario import scenario
-from wire import ENDLESS, GROUP, endpoint, sd, service_entry, subscribe_entry
+from wire import ENDLESS, GROUP, SD_PORT, endpoint, sd, service_entry, subscribe_entry
 from world import LATE
 import flows
 
@@ -37,6 +37,23 @@ def many_peers_with_room(world):
     world.honest("events_out", "events_in", "calls_udp", more="\n  limits: {max_subscribers_per_eventgroup: 200}")
     world.beside(many_hosts, 0.5, newcomer="new=listen:0x4002:1:udp")
     world.figures.append(holds("nobody is refused", "no room for" not in world.car.text()))
+
+
+def many_ports(rate):
+    """16 ordinary hosts with 16 ports each. Each datagram has 80 entries that subscribe and unsubscribe in turn."""
+    entries = b"".join(subscribe_entry(0x4002, ttl=3 * (n % 2)) for n in range(80))
+    sinks = [open_udp(address, 6000) for address in MANY[:16]]
+    senders = [(open_udp(address), endpoint(address, 6000)) for address in MANY[:16] for _ in range(16)]
+    for i in pace(rate):
+        sender, option = senders[i % len(senders)]
+        sender.sendto(sd(entries, option, 1 + i // len(senders) % 0xFFFF), (CAR, SD_PORT))
+    del sinks
+
+
+@scenario("many-ports", 12, "1000 datagrams/s with 80 Subscribes and StopSubscribes each, from 16 ports of 16 hosts each")
+def ports_of_many(world):
+    world.honest("events_out", "events_in", "clouds_out", "calls_udp")
+    world.beside(many_ports, 100 if world.scale.short else 1000, newcomer="new=listen:0x4002:1:udp")
 
 
 def pretend_hosts(rate):

@@ -173,6 +173,15 @@ TEST_F(EventToTopicTest, KeepsTheCountOfOtherEventsWhenItSubscribesAnew) {
   EXPECT_EQ(count("unexpected"), 5U);
 }
 
+TEST_F(EventToTopicTest, KeepsTheCountOfOtherEventsWhenItIsStopped) {
+  start();
+  someip_.faults.other_events = 3;
+  routes_->stop();
+  EXPECT_EQ(count("unexpected"), 3U);
+  someip_.faults = {};  // the node has ended its subscriptions
+  EXPECT_EQ(count("unexpected"), 3U);
+}
+
 TEST_F(EventToTopicTest, BeginsNothingOnceItIsStopped) {
   settings().presence.write_while_offered = true;
   start();
