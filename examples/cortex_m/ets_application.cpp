@@ -126,10 +126,6 @@ constexpr std::array<device::Need, EtsApplication::limits.needs> need_table{
                  .port = told_client_port,
                  .subscriptions = wanted}};
 
-bool is_protected(MethodId method) noexcept {
-  return std::ranges::find(ets::protected_echoes, method) != ets::protected_echoes.end();
-}
-
 ReturnCode code_of(e2e::CheckStatus status) noexcept {
   switch (status) {
     case e2e::CheckStatus::ok:
@@ -175,10 +171,8 @@ device::Result<void> EtsApplication::start(TimePoint now) noexcept {
       return offered;
     }
   }
-  for (std::size_t place = 0; place < ets::fields.size(); ++place) {
-    if (const auto set = device_.set_field(testability, place, ets::fields[place].initial); !set) {
-      return set;
-    }
+  if (const auto set = reset_fields(); !set) {
+    return set;
   }
   return device_.require(used_by_itself, now);
 }
@@ -217,7 +211,7 @@ void EtsApplication::on_request(const device::Request& request, TimePoint now) n
   }
   switch (method) {
     case ets::reset_interface:
-      reset_fields();
+      static_cast<void>(reset_fields());
       break;
     case ets::suspend_interface:
       device_.withdraw(testability, now);
@@ -239,7 +233,7 @@ void EtsApplication::on_request(const device::Request& request, TimePoint now) n
       break;
     }
     default:
-      if (is_protected(method)) {
+      if (ets::is_protected(method)) {
         protected_echo(request);
       } else {
         echo(request);
@@ -309,8 +303,7 @@ void EtsApplication::protected_echo(const device::Request& request) noexcept {
 
 e2e::CheckResult EtsApplication::check(const device::Request& request) noexcept {
   const MethodId method = request.header.method;
-  Protection& protection =
-      protections_[std::size_t{someip::value(method)} - someip::value(ets::protected_echoes.front())];
+  Protection& protection = protections_[ets::place_of_protected(method)];
   const EncodedHeader header{request.header, request.payload.size()};
   if (protection.checker && protection.client == request.from &&
       protection.client_id == request.header.client) {
@@ -331,10 +324,15 @@ void EtsApplication::refuse(const device::Request& request, ReturnCode code) noe
   static_cast<void>(device_.respond_error(request, code));  // full: the client's call times out
 }
 
-void EtsApplication::reset_fields() noexcept {
+/// Gives them their first values. Each gets its own, whatever happens to another.
+device::Result<void> EtsApplication::reset_fields() noexcept {
+  device::Result<void> result;
   for (std::size_t place = 0; place < ets::fields.size(); ++place) {
-    static_cast<void>(device_.set_field(testability, place, ets::fields[place].initial));
+    if (const auto set = device_.set_field(testability, place, ets::fields[place].initial); !set) {
+      result = set;
+    }
   }
+  return result;
 }
 
 }  // namespace trestle::example

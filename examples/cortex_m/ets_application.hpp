@@ -68,7 +68,7 @@ class EtsApplication {
   void protected_echo(const device::Request& request) noexcept;
   [[nodiscard]] someip::e2e::CheckResult check(const device::Request& request) noexcept;
   void refuse(const device::Request& request, someip::ReturnCode code) noexcept;
-  void reset_fields() noexcept;
+  device::Result<void> reset_fields() noexcept;
 
   device::Device& device_;
   ets::Schedule schedule_;

@@ -32,14 +32,12 @@ device::Settings settings() noexcept {
   return settings;
 }
 
-/// All data of a firmware, except its stack, and its work. The Application is a class with
-///
-///     static std::span<const device::Service> services();  // and needs(): tables that describe the device
-///     static constexpr device::Limits limits;
-///     static void adjust(sd::Settings&);                   // of discovery, where the defaults do not suit
-///     it explicit Application(device::Device&); device::Result<void> start(TimePoint now);           //
-///     offers what there is void on_time(TimePoint now);                         // called every few
-///     milliseconds at least void on(const device::Happening&, TimePoint now);
+/// All data of a firmware, except its stack, and its work. The Application, made of the device, has
+///  - services() and needs(): tables that describe the device, and limits, which say how much it holds
+///  - adjust(): changes settings of discovery, where the defaults do not suit
+///  - start(): offers what there is
+///  - on_time(): is called every few milliseconds at least
+///  - on(): takes each happening of the device
 template <typename Application>
 struct Firmware {
   device::StaticDevice<Application::limits> device{settings<Application>()};

@@ -181,14 +181,10 @@ constexpr std::array<e2e::Config, protected_echoes.size()> protections{
     e2e::Profile44{{.data_id = 0x0a0b'0c44}},
     e2e::Profile44m{{.data_id = 0x0a0b'0c54}}};
 
-bool is_protected(MethodId method) noexcept {
-  return method >= protected_echoes.front() && method <= protected_echoes.back();
-}
-
 }  // namespace
 
 const e2e::Config& protection_of(MethodId method) noexcept {
-  return protections[static_cast<std::size_t>(value(method)) - value(protected_echoes.front())];
+  return protections[place_of_protected(method)];
 }
 
 Result<ByteView, ReturnCode> echo(MethodId method, ByteView payload, const Room& room) noexcept {

@@ -60,6 +60,13 @@ inline constexpr std::array<MethodId, 13> protected_echoes{
     MethodId{0x55}, MethodId{0x56}, MethodId{0x57}, MethodId{0x58}, MethodId{0x59},
     MethodId{0x5a}, MethodId{0x5b}, MethodId{0x5c}};
 
+[[nodiscard]] constexpr bool is_protected(MethodId method) noexcept {
+  return method >= protected_echoes.front() && method <= protected_echoes.back();
+}
+/// Where one of `protected_echoes` stands among them.
+[[nodiscard]] constexpr std::size_t place_of_protected(MethodId method) noexcept {
+  return static_cast<std::size_t>(value(method)) - value(protected_echoes.front());
+}
 /// How one of `protected_echoes` is protected, requests and responses.
 [[nodiscard]] const e2e::Config& protection_of(MethodId method) noexcept;
 

@@ -13,9 +13,9 @@ namespace trestle::messages {
 void add_comment(Comment& to, std::string_view lines);
 
 /// What people wrote in a `.msg`, `.srv` or `.action` file, line by line:
-///  - on the lines directly above a field or constant, and behind it, with the lines below it that are
-///  further
-///    in than it is;
+///  - on the lines directly above a field or constant, and behind it,
+///    with the lines below it that are further in
+///    than it is;
 ///  - before the first of them, with an empty line between: of the message. As for rosidl, what begins on the
 ///    first line of a `.msg` file is always that.
 /// Licences and marks of ours are left out.
