@@ -63,6 +63,7 @@ struct TcpServerCounters {
   /// Attempts that the system refused, mostly as no file descriptor was free; tried again every 100 ms.
   std::uint64_t not_accepted = 0;
   std::uint64_t gave_way = 0;  ///< connections that were closed to make room for others
+  std::uint64_t unread = 0;    ///< of these, the ones whose clients had not read what was sent to them
   std::uint64_t idle = 0;      ///< connections that were closed as no message went over them for too long
   /// Connections that were closed because something came that is no SOME/IP, or too large.
   std::uint64_t bad_framing = 0;
@@ -76,6 +77,7 @@ struct TcpServerCounters {
     visit("refused", refused, loss);
     visit("not_accepted", not_accepted, loss);
     visit("gave_way", gave_way, loss);
+    visit("gave_way_unread", unread, loss);
     visit("bad_framing", bad_framing, loss);
   }
 };

@@ -17,15 +17,15 @@ std::optional<TcpPlace> who_gives_way(const std::vector<TcpPlace>& places, std::
   std::vector<const TcpPlace*> candidates;
   for (const TcpPlace& place : places) {
     if (by_address ? place.client.address == most->first
-                   : place.silent && (!place.spoke || counts[place.client.address] > own)) {
+                   : place.unread || (place.silent && (!place.spoke || counts[place.client.address] > own))) {
       candidates.push_back(&place);
     }
   }
   std::ranges::sort(candidates, {}, [](const TcpPlace* one) {
-    return std::tie(one->spoke, one->last, one->client, one->own);
+    return std::tuple{!one->unread, one->spoke, one->last, one->client, one->own};
   });
-  const auto found =
-      std::ranges::find_if(candidates, [&](const TcpPlace* one) { return !in_use || !in_use(*one); });
+  const auto found = std::ranges::find_if(
+      candidates, [&](const TcpPlace* one) { return one->unread || !in_use || !in_use(*one); });
   if (found != candidates.end()) {
     return **found;
   }

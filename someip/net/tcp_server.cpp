@@ -7,6 +7,7 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
+#include <deque>
 #include <map>
 #include <new>
 #include <optional>
@@ -23,7 +24,12 @@ namespace {
 constexpr int backlog = 64;
 // Who was silent for so long may have to give way.
 constexpr auto time_to_speak = std::chrono::milliseconds{1000};
+// So may who read nothing for so long of what waits for it. It takes no place from others for a while.
+constexpr auto time_to_read = std::chrono::milliseconds{1000};
+constexpr auto time_to_wait = std::chrono::seconds{10};
+constexpr std::size_t max_not_reading = 256;  // addresses that are remembered
 constexpr const char* for_another = "it gave way to another one";
+constexpr const char* as_unread = "it did not read what was sent to it, and gave way to another one";
 constexpr auto pause_after_error = std::chrono::milliseconds{100};  // until the next attempt to accept
 
 int listen_at(const Endpoint& local, const TcpOptions& options) {
@@ -60,8 +66,15 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     Clock::time_point last = since;  ///< when something was first seen to have changed
     std::uint64_t messages = 0;      ///< that had gone either way by then
     std::size_t unanswered = 0;      ///< requests
+    TcpStream::Unread waiting = {};  ///< for the client, when that was seen last
+    Clock::time_point read = since;  ///< when it was last seen to take something, or nothing waited
 
     void look(Clock::time_point now) {
+      const TcpStream::Unread seen = stream->unread();
+      if (!seen.some || !waiting.some || seen.taken != waiting.taken) {
+        read = now;
+      }
+      waiting = seen;
       const auto counted = stream->counters();
       const auto all = counted.received.messages + counted.received.cookies + counted.messages_sent;
       if (all != messages) {
@@ -73,6 +86,8 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     [[nodiscard]] bool silent(Clock::time_point now) const {
       return unanswered == 0 && now - last >= time_to_speak;
     }
+    /// Whether it takes nothing of what waits for it.
+    [[nodiscard]] bool unread(Clock::time_point now) const { return now - read >= time_to_read; }
   };
 
   State(boost::asio::io_context& context, const TcpServerOptions& wanted)
@@ -200,6 +215,10 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     if (clients.size() < options.max_connections) {
       return true;
     }
+    if (has_not_read(from.address)) {
+      refuse(from, "all are taken (max_tcp_clients), and it did not read what was sent to it before");
+      return false;
+    }
     std::vector<TcpPlace> places;
     add_places(places);
     const auto worst = who_gives_way(
@@ -208,9 +227,32 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       refuse(from, "all are taken (max_tcp_clients)");
       return false;
     }
-    ++counters.gave_way;
-    closed(worst->client, for_another);
+    give_way(worst->client);
     return !stopped;
+  }
+
+  void give_way(const Endpoint& from) {
+    Client& client = clients.find(from)->second;
+    const auto now = Clock::now();
+    const bool unread = client.unread(now);
+    ++counters.gave_way;
+    if (unread) {
+      ++counters.unread;
+      client.stream->drop_unread();
+      if (not_reading.size() == max_not_reading) {
+        not_reading.pop_front();
+      }
+      not_reading.emplace_back(from.address, now + time_to_wait);
+    }
+    closed(from, unread ? as_unread : for_another);
+  }
+
+  [[nodiscard]] bool has_not_read(const IpAddress& address) {
+    while (!not_reading.empty() && not_reading.front().second <= Clock::now()) {
+      not_reading.pop_front();
+    }
+    return std::ranges::find(not_reading, address, [](const auto& one) { return one.first; }) !=
+           not_reading.end();
   }
 
   void refuse(const Endpoint& from, const char* why) {
@@ -224,11 +266,16 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     const auto now = Clock::now();
     for (auto& [endpoint, client] : clients) {
       client.look(now);
-      places.push_back({local, endpoint, client.messages != 0, client.silent(now), client.last});
+      places.push_back({.own = local,
+                        .client = endpoint,
+                        .spoke = client.messages != 0,
+                        .silent = client.silent(now),
+                        .unread = client.unread(now),
+                        .last = client.last});
     }
   }
 
-  // While all places are taken, looks who is silent. So that is known when somebody comes.
+  // While all places are taken, looks who is silent or does not read. So that is known when somebody comes.
   void watch_full() {
     if (clients.size() < options.max_connections || full_timer_runs) {
       return;
@@ -317,6 +364,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   Endpoint local;
   Handlers handlers;
   std::map<Endpoint, Client> clients;
+  std::deque<std::pair<IpAddress, Clock::time_point>> not_reading;  ///< and until when that counts
   Counters counters;
   bool stopped = false;
 };
@@ -372,8 +420,10 @@ void TcpServer::disconnect(const Endpoint& client, const std::string& why) {
 }
 
 void TcpServer::give_way(const Endpoint& client) {
-  state_->counters.gave_way += connected(client) ? 1 : 0;
-  disconnect(client, for_another);
+  const std::shared_ptr<State> state = state_;  // the handler may destroy this
+  if (state->clients.contains(client)) {
+    state->give_way(client);
+  }
 }
 
 void TcpServer::add_places(std::vector<TcpPlace>& places) {

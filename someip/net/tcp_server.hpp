@@ -8,7 +8,9 @@ namespace trestle::someip {
 struct TcpServerOptions {
   Endpoint local = {};  ///< port 0: any dynamic port that is free
   /// Clients at a time. One more takes the place of one of the address that has the most. If no address has
-  /// more than the new one would have, then that of one over which nothing has gone for a second: rather one
+  /// more than the new one would have, then that of one that has read nothing for a second of what waits for
+  /// it: its address takes no place from others in the next ten seconds. If there is none, that of one over
+  /// which nothing has gone for a second: rather one
   /// that has never spoken, then the one that was silent for longest. That one is not in use, see
   /// Handlers::in_use, no answer to it is outstanding, and its address has more than the new one had, unless
   /// it has never spoken. If there is none, the new one is disconnected at once.

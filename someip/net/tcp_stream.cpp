@@ -1,6 +1,8 @@
 #include "someip/net/tcp_stream.hpp"
 
+#include <linux/sockios.h>
 #include <netinet/tcp.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -363,6 +365,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     message.msg_iov = parts.data();
     message.msg_iovlen = slices + 1;
     const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL);
+    sent_bytes += sent < 0 ? 0U : static_cast<std::size_t>(sent);
     if (sent < 0 && !retry_later(errno)) {
       close_later(std::strerror(errno));
     } else if (sent >= 0 && static_cast<std::size_t>(sent) == bytes) {
@@ -477,6 +480,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         return;
       }
       auto bytes = static_cast<std::size_t>(sent);
+      sent_bytes += bytes;
       queued_bytes.remove(bytes);
       segment_left -= std::min(segment_left, bytes);
       // All sent messages are removed before their owners are released: an owner may have others dropped.
@@ -613,6 +617,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   CloseHandler on_closed;
   std::list<Outgoing> queue;
   std::list<Outgoing> unused;
+  std::uint64_t sent_bytes = 0;  ///< to the system
   std::size_t answer_bytes = 0;  ///< bytes of answers in the queue; a partly sent message counts in full
   bool holding_back = false;     ///< nothing is read until some of these have left
   std::size_t segment_left = 0;  ///< bytes left of the present segment, if segments begin with cookies
@@ -718,6 +723,17 @@ const Endpoint& TcpStream::local() const noexcept {
 }
 bool TcpStream::idle() const noexcept {
   return state_->queue.empty();
+}
+TcpStream::Unread TcpStream::unread() const noexcept {
+  int left = 0;
+  if (ioctl(state_->fd, SIOCOUTQ, &left) != 0) {
+    return {};
+  }
+  return {left > 0 || !state_->queue.empty(), state_->sent_bytes - static_cast<std::uint64_t>(left)};
+}
+void TcpStream::drop_unread() noexcept {
+  const linger at_once{.l_onoff = 1, .l_linger = 0};
+  setsockopt(state_->fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 TcpStream::Counters TcpStream::counters() const noexcept {
   Counters result = state_->counters;

@@ -107,6 +107,15 @@ class TcpStream {
   [[nodiscard]] const Endpoint& local() const noexcept;
   /// Whether nothing waits to be sent.
   [[nodiscard]] bool idle() const noexcept;
+  /// What waits for the peer: here, in the system, or on its way.
+  struct Unread {
+    bool some = false;
+    std::uint64_t taken = 0;  ///< bytes that the peer's system has acknowledged since the connection stands
+  };
+  [[nodiscard]] Unread unread() const noexcept;
+  /// What waits is not to be sent any more when the connection is closed: else the system would hold it for a
+  /// peer that does not read it.
+  void drop_unread() noexcept;
   [[nodiscard]] Counters counters() const noexcept;
 
  private:

@@ -5,7 +5,7 @@ import struct
 SD_PORT = 30490
 GROUP = "224.244.224.245"
 GROUP6 = "ff15::84"
-FIND, OFFER, SUBSCRIBE = 0, 1, 6
+FIND, OFFER, SUBSCRIBE, ACK = 0, 1, 6, 7
 ENDLESS = 0xFFFFFF
 UDP, TCP = 0x11, 0x06
 REQUEST, NO_RETURN, EVENT, SEGMENT, RESPONSE = 0x00, 0x01, 0x02, 0x20, 0x80
@@ -90,3 +90,8 @@ def entries_of(datagram):
             where = socket.inet_ntoa(options[4:8]), struct.unpack_from(">H", options, 10)[0]
         options = options[3 + size:]
     return [datagram[24 + i:40 + i] for i in range(0, length, 16)], where
+
+
+def is_refusal(entry):
+    """Whether such an entry says no to a Subscribe."""
+    return entry[0] == ACK and entry[9:12] == b"\0\0\0"

@@ -2,11 +2,11 @@
 import socket
 import time
 
-from attacker import CAR
+from attacker import CAR, Attacker, pace
 from figures import holds
 from lab import ATTACKERS, MANY
 from scenario import scenario
-from wire import REQUEST, someip
+from wire import REQUEST, TCP, endpoint, is_refusal, someip
 
 
 def _connect(address, port):
@@ -62,3 +62,40 @@ def announced(world):
     world.car.limit_memory(100_000_000)
     say = someip(0x4004, 1, b"", kind=REQUEST, length=(16 << 20) - 8) + bytes(1000)
     world.beside(keep_idle, 40004, 3, say, newcomer=f"new=call:0x4004:1:1:0:{world.scale.call_hz}:tcp")
+
+
+def never_read(addresses, say):
+    """Subscribers over TCP that never read, each at an address of its own; they connect anew when they are refused.
+
+    say: bytes of a message, of which each sends one now and then."""
+    hosts = [Attacker(address) for address in addresses]
+    connections = {}
+    for turn in pace(2):
+        for host in hosts:
+            if any(is_refusal(entry) for entries, _, _ in host.heard() for entry in entries):
+                connections.pop(host, None)
+            if host not in connections:
+                connections[host] = connection = socket.socket()
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                connection.bind((host.address, 0))
+                connection.setblocking(False)
+                connection.connect_ex((CAR, 40011))
+                continue
+            try:
+                connections[host].send(say[turn % max(len(say), 1):][:1])
+            except OSError:
+                del connections[host]
+                continue
+            host.subscribe(0x4011, endpoint(*connections[host].getsockname(), TCP))
+
+
+@scenario("tcp-100-never-read", 6, "100 addresses subscribe over TCP and never read; there are 64 places")
+def never_reads(world):
+    world.honest("clouds_out_tcp", "calls_tcp")
+    world.beside(never_read, MANY[:100], b"", newcomer="new=listen:0x4011:1:tcp")
+
+
+@scenario("tcp-100-send-bytes", 6, "the same, and each sends a byte of a message now and then")
+def sends_bytes(world):
+    world.honest("clouds_out_tcp", "calls_tcp")
+    world.beside(never_read, MANY[:100], someip(0x4011, 1, bytes(1000), kind=REQUEST), newcomer="new=listen:0x4011:1:tcp")

@@ -4,6 +4,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <fstream>
 #include <functional>
@@ -469,6 +470,42 @@ TEST_F(TcpLimitsTest, WhoSpokeOnceKeepsNobodyOut) {
   EXPECT_TRUE(server->connected(end_of(busy, 2)));
   EXPECT_TRUE(server->connected(for_events));
   EXPECT_TRUE(server->connected(waits));
+}
+
+// Its address takes no place from others for a while: else it would come again at once, and keep them out.
+TEST_F(TcpLimitsTest, WhoReadsNothingMakesRoomEvenIfItIsNeeded) {
+  open({.max_connections = 2});
+  tcp::socket& reader = connect(2);
+  tcp::socket& deaf = connect(3);
+  constexpr std::size_t sent = 16;
+  const std::vector<std::byte> payload(mebibyte);
+  const ByteView slice{payload};
+  const Header header{.service = ServiceId{0x1234}, .method = MethodId{0x8001}, .interface_version = 1};
+  for (const Endpoint& to : {end_of(reader, 2), end_of(deaf, 3)}) {
+    needed.insert(to);
+    for (std::size_t i = 0; i < sent; ++i) {
+      ASSERT_TRUE(server->send(to, header, {&slice, 1}));
+    }
+  }
+  std::vector<std::byte> room(sent * (mebibyte + header_bytes));
+  bool has_read = false;
+  boost::asio::async_read(reader, boost::asio::buffer(room),
+                          [&](const boost::system::error_code& error, std::size_t) { has_read = !error; });
+  ASSERT_TRUE(run_until([&] { return has_read; }));
+  // Others try until it has been seen that one does not read.
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (server->counters().gave_way == 0 && std::chrono::steady_clock::now() < end) {
+    connect(4);
+    run_until([] { return false; }, 50ms);
+  }
+  EXPECT_EQ(server->counters().unread, 1U);
+  EXPECT_TRUE(server->connected(end_of(reader, 2)));
+  ASSERT_EQ(gone.size(), 1U);
+  EXPECT_EQ(gone[0].first, test::own_address(3));
+  EXPECT_THAT(gone[0].second, testing::HasSubstr("did not read"));
+  refused.clear();
+  connect(3);
+  EXPECT_THAT(refused, testing::ElementsAre(testing::HasSubstr("did not read")));
 }
 
 TEST_F(TcpLimitsTest, WhoSpokeTheLongestAgoGivesWayFirst) {

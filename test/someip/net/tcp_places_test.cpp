@@ -46,5 +46,15 @@ TEST(TcpPlaces, AmongEqualsOneThatWasSilent) {
   EXPECT_EQ(gives_way({}, 0), 0);
 }
 
+TEST(TcpPlaces, OneWhoseClientDoesNotRead) {
+  std::vector places{place(2, 1, silent, !spoke, 1), place(3, 2, !silent, spoke, 5),
+                     place(4, 3, !silent, spoke, 4)};
+  places[1].unread = true;
+  EXPECT_EQ(gives_way(places, 0, {2, 3}), 2) << "even if it is in use";
+  EXPECT_EQ(gives_way(places, 1, {2, 3}), 2);
+  places.push_back(place(4, 4, !silent, spoke, 9));
+  EXPECT_EQ(gives_way(places, 0), 3) << "rather one of the address with the most";
+}
+
 }  // namespace
 }  // namespace trestle::someip
