@@ -1,5 +1,6 @@
 #include "bridge/carry/config/elements.hpp"
 #include "bridge/carry/config/topic_pattern.hpp"
+#include "bridge/messages/types/characters.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -27,12 +28,8 @@ documents::Format<ServiceRange> service_range() {
         if (dash == std::string_view::npos) {
           return std::nullopt;
         }
-        const auto trimmed = [](std::string_view part) {
-          const std::size_t begin = std::min(part.find_first_not_of(' '), part.size());
-          return part.substr(begin, part.find_last_not_of(' ') + 1 - begin);
-        };
-        const auto first = id.read(trimmed(text.substr(0, dash)));
-        const auto last = id.read(trimmed(text.substr(dash + 1)));
+        const auto first = id.read(messages::trimmed(text.substr(0, dash)));
+        const auto last = id.read(messages::trimmed(text.substr(dash + 1)));
         return first && last && *first <= *last ? std::optional{ServiceRange{*first, *last}} : std::nullopt;
       }};
 }

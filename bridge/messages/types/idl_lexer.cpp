@@ -36,20 +36,6 @@ std::size_t string_size(std::string_view text) {
   return 0;
 }
 
-void append_utf8(std::string& text, std::uint32_t character) {
-  const auto byte = [](std::uint32_t value) { return static_cast<char>(static_cast<std::uint8_t>(value)); };
-  if (character < 0x80) {
-    text += byte(character);
-  } else if (character < 0x800) {
-    text += byte(0xc0 | (character >> 6U));
-    text += byte(0x80 | (character & 0x3fU));
-  } else {
-    text += byte(0xe0 | (character >> 12U));
-    text += byte(0x80 | ((character >> 6U) & 0x3fU));
-    text += byte(0x80 | (character & 0x3fU));
-  }
-}
-
 /// Appends the character of an escape sequence; returns the length of the sequence after the backslash.
 std::size_t unescape(std::string_view text, bool wide, std::string& into) {
   constexpr std::string_view names = "ntvbrfa";

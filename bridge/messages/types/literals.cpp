@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 
+#include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/number_text.hpp"
 
 namespace trestle::messages {
@@ -101,11 +102,6 @@ Complaint check_array_literal(const FieldType& type, std::string_view text) {
                        type.array == ArrayKind::fixed ? "" : "at most ", type.array_size);
   }
   return {};
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto begin = std::min(text.find_first_not_of(" \t"), text.size());
-  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
 std::size_t element_size(std::string_view text) {

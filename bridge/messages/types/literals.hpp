@@ -30,8 +30,6 @@ struct DefaultElement {
 /// array. Empty when the field has none.
 [[nodiscard]] std::vector<DefaultElement> default_elements(const Field& field);
 
-/// Without the spaces and tabs at both ends.
-[[nodiscard]] std::string_view trimmed(std::string_view text);
 /// How many characters the first of several elements has: up to the comma that is not inside quotes.
 [[nodiscard]] std::size_t element_size(std::string_view text);
 

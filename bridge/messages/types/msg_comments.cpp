@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "bridge/messages/types/literals.hpp"
+#include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/parsers.hpp"
 
 namespace trestle::messages {

@@ -7,6 +7,8 @@
 #include <limits>
 #include <memory>
 
+#include "bridge/messages/types/characters.hpp"
+
 namespace trestle::describe::arxml {
 
 namespace {
@@ -14,15 +16,6 @@ namespace {
 /// Deeper files do not exist; the deepest elements of real ones are about 40 deep.
 constexpr std::size_t max_depth = 120;
 constexpr std::size_t text_chunk_bytes = 1U << 18U;
-
-[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept {
-  constexpr std::string_view blanks = " \t\r\n";
-  const std::size_t first = text.find_first_not_of(blanks);
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
 
 [[nodiscard]] std::string_view without_prefix(std::string_view name) noexcept {
   const std::size_t colon = name.find(':');
@@ -362,7 +355,7 @@ class Handlers {
 
   void close(Node& node) {
     Node* const parent = node.parent;
-    const std::string_view text = trimmed(text_);
+    const std::string_view text = messages::trimmed(text_, " \t\r\n");
     if (!text.empty() && node.first_child == nullptr) {
       if (tree_.text_bytes_ + text.size() > tree_.options_.max_text_bytes) {
         stop("there are more than " + std::to_string(tree_.options_.max_text_bytes) + " bytes of text");

@@ -6,6 +6,7 @@
 
 #include "bridge/describe/fidl_words.hpp"
 #include "bridge/describe/read/fidl/fidl_tree.hpp"
+#include "bridge/messages/types/characters.hpp"
 
 namespace trestle::describe::fidl {
 namespace {
@@ -24,14 +25,7 @@ constexpr std::array<std::pair<std::string_view, messages::Primitive>, 11> primi
      {"Double", messages::Primitive::float64}}};
 
 std::string trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; };
-  while (!text.empty() && blank(text.front())) {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && blank(text.back())) {
-    text.remove_suffix(1);
-  }
-  return std::string{text};
+  return std::string{messages::trimmed(text, " \t\r\n")};
 }
 
 /// Lines of an annotation are indented as the file is.

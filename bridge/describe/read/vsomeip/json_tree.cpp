@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/messages/types/characters.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -10,25 +12,6 @@ using documents::Mark;
 
 bool is_hex(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
-}
-
-void append_utf8(std::uint32_t code, std::string& to) {
-  const auto put = [&to](std::uint32_t byte) { to += static_cast<char>(byte); };
-  if (code < 0x80) {
-    put(code);
-  } else if (code < 0x800) {
-    put(0xc0U | (code >> 6U));
-    put(0x80U | (code & 0x3fU));
-  } else if (code < 0x10000) {
-    put(0xe0U | (code >> 12U));
-    put(0x80U | ((code >> 6U) & 0x3fU));
-    put(0x80U | (code & 0x3fU));
-  } else {
-    put(0xf0U | (code >> 18U));
-    put(0x80U | ((code >> 12U) & 0x3fU));
-    put(0x80U | ((code >> 6U) & 0x3fU));
-    put(0x80U | (code & 0x3fU));
-  }
 }
 
 class JsonParser {
@@ -182,7 +165,7 @@ class JsonParser {
     if (code >= 0xd800 && code < 0xdc00 && text_.substr(at_, 2) == "\\u" && code_unit(low)) {
       code = low >= 0xdc00 && low < 0xe000 ? 0x10000U + ((code - 0xd800U) << 10U) + (low - 0xdc00U) : 0xfffdU;
     }
-    append_utf8(code >= 0xd800 && code < 0xe000 ? 0xfffdU : code, to);
+    messages::append_utf8(to, code >= 0xd800 && code < 0xe000 ? 0xfffdU : code);
     return true;
   }
 

@@ -9,16 +9,11 @@
 
 #include "bridge/describe/read/vsomeip/vsomeip_reader.hpp"
 #include "bridge/documents/section.hpp"
+#include "bridge/messages/types/characters.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  return begin == std::string_view::npos ? std::string_view{}
-                                         : text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
 
 /// "vsomeip-service" of "config/vsomeip-service.json.in".
 std::string_view stem(std::string_view file) {
@@ -54,7 +49,7 @@ std::optional<std::uint64_t> VsomeipReader::number(const JsonNode* node, const s
   if (node == nullptr) {
     return std::nullopt;
   }
-  const auto number = node->is_scalar() ? whole(trimmed(node->text)) : std::nullopt;
+  const auto number = node->is_scalar() ? whole(messages::trimmed(node->text)) : std::nullopt;
   if (!number || *number < min || *number > max) {
     error(*node, fmt::format("expected {}, a whole number from {} to {} such as \"0x12\" or 18, not {}", what,
                              min, max, what_it_is(*node)));
@@ -86,10 +81,10 @@ std::optional<IpAddress> VsomeipReader::address(const JsonNode* node, const std:
     return std::nullopt;
   }
   if (node->kind == JsonNode::Kind::string) {
-    if (const auto address = someip::parse_address(std::string{trimmed(node->text)})) {
+    if (const auto address = someip::parse_address(std::string{messages::trimmed(node->text)})) {
       return address;
     }
-    if (trimmed(node->text) == "localhost") {
+    if (messages::trimmed(node->text) == "localhost") {
       warning(*node, "vsomeip accepts only addresses: 'localhost' is read as 127.0.0.1");
       return IpAddress::v4(127, 0, 0, 1);
     }
