@@ -11,6 +11,7 @@
 
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/join_members.hpp"
+#include "bridge/documents/problems.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -56,6 +57,7 @@ class Joining {
   explicit Joining(Model& model) : model_{model} {}
 
   std::vector<documents::Problem> run() {
+    names();
     services();
     index();
     for (Instance& instance : model_.instances) {
@@ -71,6 +73,55 @@ class Joining {
   }
 
  private:
+  /// Names stand in messages, in answers on a terminal and in files of other languages.
+  void names() {
+    constexpr std::size_t most_told = 100;
+    std::set<std::string, std::less<>> told;  // an event and its only value may have one name
+    const auto check = [&](std::string_view name, const Place& place) {
+      if (documents::has_control(name) && told.size() < most_told && told.emplace(name).second) {
+        error(place, fmt::format("a control character, or one that is not UTF-8, is in the name {}",
+                                 documents::quote(name)));
+      }
+    };
+    const auto check_all = [&](const auto& elements) {
+      for (const auto& one : elements) {
+        check(one.name, one.place);
+      }
+    };
+    for (const Type& type : model_.types) {
+      check(type.scope, type.place);
+      check_all(type.members);
+      check_all(type.enumerators);
+    }
+    for (const Service& service : model_.services) {
+      check(service.scope, service.place);
+      for (const std::string& name : service.namespaces) {
+        check(name, service.place);
+      }
+      check_all(service.methods);
+      check_all(service.events);
+      check_all(service.fields);
+      check_all(service.eventgroups);
+      for (const Method& method : service.methods) {
+        check_all(method.request.values);
+        check_all(method.response.values);
+        check(method.selector, method.place);
+      }
+      for (const Event& event : service.events) {
+        check_all(event.payload.values);
+        check(event.selector, event.place);
+      }
+      for (const Field& field : service.fields) {
+        check_all(field.payload.values);
+      }
+    }
+    check_all(model_.types);
+    check_all(model_.services);
+    check_all(model_.instances);
+    check_all(model_.machines);
+    check_all(model_.constants);
+  }
+
   void services() {
     std::vector<Service> bare;
     std::vector<Service> kept;

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/documents/problems.hpp"
 #include "someip/wire/utf.hpp"
 
 namespace trestle::describe {
@@ -474,9 +475,11 @@ std::string text_value(ByteView bytes, const Wire& wire) {
     if (character->code == U'"' || character->code == U'\\') {
       text += '\\';
     }
-    if (character->code < 0x20) {
-      text += fmt::format("\\x{:02x}", static_cast<unsigned>(character->code));
-    } else if (character->code != someip::byte_order_mark || !text.empty()) {
+    const bool is_first_mark = character->code == someip::byte_order_mark && text.empty();
+    if (!is_first_mark && documents::is_control(character->code)) {
+      text += fmt::format("\\{}{:0{}x}", character->code < 0x80 ? 'x' : 'u',
+                          static_cast<unsigned>(character->code), character->code < 0x80 ? 2 : 4);
+    } else if (!is_first_mark) {
       std::byte encoded[4];
       someip::put_utf8(character->code, encoded);
       for (std::size_t at = 0; at < someip::utf8_bytes(character->code); ++at) {

@@ -11,6 +11,7 @@
 
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -627,7 +628,7 @@ Json ModelWriter::constant(const Constant& constant) const {
 }
 
 std::string dump(const Json& json, int indent) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+  return documents::printable_json(json.dump(indent, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace

@@ -4,7 +4,10 @@
 #include <yaml-cpp/mark.h>
 
 #include <algorithm>
+#include <span>
 #include <tuple>
+
+#include "someip/wire/utf.hpp"
 
 namespace trestle::documents {
 
@@ -12,22 +15,67 @@ Mark to_mark(const YAML::Mark& mark) {
   return mark.is_null() ? Mark{} : Mark{mark.line + 1, mark.column + 1};
 }
 
+bool is_control(char32_t code) noexcept {
+  return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x061c || code == 0x200e || code == 0x200f ||
+         (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069) || code == 0xfeff ||
+         code == 0xfffe || code == 0xffff;
+}
+
+bool has_control(std::string_view text) noexcept {
+  for (ByteView rest = std::as_bytes(std::span{text}); !rest.empty();) {
+    const auto character = someip::first_utf8(rest);
+    if (!character || is_control(character->code)) {
+      return true;
+    }
+    rest = rest.subspan(character->bytes);
+  }
+  return false;
+}
+
 std::string printable(std::string_view text) {
   std::string result;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte < 0x20 || byte == 0x7f) {
-      result += fmt::format("\\x{:02x}", byte);
+  for (ByteView rest = std::as_bytes(std::span{text}); !rest.empty();) {
+    const auto character = someip::first_utf8(rest);
+    const std::size_t bytes = character ? character->bytes : 1;
+    if (!character || (is_control(character->code) && bytes == 1)) {
+      result += fmt::format("\\x{:02x}", std::to_integer<unsigned>(rest.front()));
+    } else if (is_control(character->code)) {
+      result += fmt::format("\\u{:04x}", static_cast<std::uint32_t>(character->code));
     } else {
-      result += c;
+      result += text.substr(text.size() - rest.size(), bytes);
     }
+    rest = rest.subspan(bytes);
+  }
+  return result;
+}
+
+std::string printable_json(std::string json) {
+  // Those below 0x20 are escaped in any JSON, or stand between its parts.
+  const auto may_begin_one = [](char c) { return static_cast<unsigned char>(c) >= 0x7f; };
+  if (std::ranges::none_of(json, may_begin_one)) {
+    return json;
+  }
+  std::string result;
+  for (ByteView rest = std::as_bytes(std::span{json}); !rest.empty();) {
+    const auto character = someip::first_utf8(rest);
+    const std::size_t bytes = character ? character->bytes : 1;
+    if (character && character->code >= 0x7f && is_control(character->code)) {
+      result += fmt::format("\\u{:04x}", static_cast<std::uint32_t>(character->code));
+    } else {
+      result.append(json, json.size() - rest.size(), bytes);
+    }
+    rest = rest.subspan(bytes);
   }
   return result;
 }
 
 std::string quote(std::string_view text) {
   constexpr std::size_t shown_max = 60;
-  return "'" + printable(text.substr(0, shown_max)) + (text.size() > shown_max ? "...'" : "'");
+  std::size_t shown = std::min(text.size(), shown_max);
+  while (shown > 0 && shown < text.size() && (static_cast<unsigned char>(text[shown]) & 0xc0U) == 0x80U) {
+    --shown;  // no half characters
+  }
+  return "'" + printable(text.substr(0, shown)) + (text.size() > shown_max ? "...'" : "'");
 }
 
 void Problems::add(std::vector<Found>& list, const Place& place, std::string text) {
@@ -70,10 +118,10 @@ std::vector<Problem> Problems::take(const std::vector<std::string>& files) {
 std::string to_string(const Problem& problem) {
   const char* severity = problem.severity == Problem::Severity::error ? "error" : "warning";
   if (problem.mark.line == 0) {
-    return fmt::format("{}: {}: {}", problem.file, severity, problem.text);
+    return printable(fmt::format("{}: {}: {}", problem.file, severity, problem.text));
   }
-  return fmt::format("{}:{}:{}: {}: {}", problem.file, problem.mark.line, problem.mark.column, severity,
-                     problem.text);
+  return printable(fmt::format("{}:{}:{}: {}: {}", problem.file, problem.mark.line, problem.mark.column,
+                               severity, problem.text));
 }
 
 }  // namespace trestle::documents

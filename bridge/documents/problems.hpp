@@ -21,8 +21,14 @@ namespace trestle::documents {
 /// A place in the file, counted from 1, from one of yaml-cpp's, which counts from 0.
 [[nodiscard]] Mark to_mark(const YAML::Mark& mark);
 
+/// Whether a character steers a terminal, ends a line or turns the direction of text.
+[[nodiscard]] bool is_control(char32_t code) noexcept;
+/// Whether there is one in a text, or something that is not UTF-8.
+[[nodiscard]] bool has_control(std::string_view text) noexcept;
 /// With control characters spelt out, so that a message stays one line and cannot steer a terminal.
 [[nodiscard]] std::string printable(std::string_view text);
+/// The same of a JSON text, which keeps its meaning: in its strings they become \uXXXX.
+[[nodiscard]] std::string printable_json(std::string json);
 /// A piece of the file, quoted for a message: short and printable whatever it holds.
 [[nodiscard]] std::string quote(std::string_view text);
 

@@ -10,6 +10,7 @@
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/join.hpp"
+#include "bridge/documents/problems.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/generate/source_options.hpp"
 
@@ -61,7 +62,8 @@ void print_json(const std::vector<Change>& changes, const describe::System& old,
                    {"old_place", describe::to_string(old.model, change.old_place)},
                    {"new_place", describe::to_string(now.model, change.new_place)}});
   }
-  fmt::print("{}\n", all.dump(2));
+  fmt::print("{}\n", documents::printable_json(
+                         all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)));
 }
 
 void print_text(const std::vector<Change>& changes, const describe::System& now) {

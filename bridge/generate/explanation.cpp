@@ -11,6 +11,7 @@
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/protection.hpp"
 #include "bridge/describe/raise.hpp"
+#include "bridge/documents/problems.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/type_library.hpp"
@@ -431,7 +432,7 @@ std::string to_json_text(const std::vector<Explanation>& explanations) {
     }
     all.push_back(std::move(json));
   }
-  return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return documents::printable_json(all.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
 }  // namespace trestle::generate

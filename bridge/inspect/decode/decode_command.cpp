@@ -14,6 +14,7 @@
 #include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/documents/hex_line.hpp"
+#include "bridge/documents/problems.hpp"
 #include "bridge/inspect/decode/capture_decoder.hpp"
 #include "pcaps/capture_file.hpp"
 
@@ -30,7 +31,7 @@ class LineOutput {
   void print(const Json& object) {
     constexpr std::size_t buffer_bytes = std::size_t{64} << 10U;
     // JSON is UTF-8, but text from the network need not be.
-    buffer_ += object.dump(-1, ' ', false, Json::error_handler_t::replace);
+    buffer_ += documents::printable_json(object.dump(-1, ' ', false, Json::error_handler_t::replace));
     buffer_ += '\n';
     if (buffer_.size() >= buffer_bytes) {
       flush();

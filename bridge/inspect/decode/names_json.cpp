@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "bridge/documents/problems.hpp"
+
 namespace trestle::inspect {
 namespace {
 
@@ -95,7 +97,8 @@ std::string members_text(const Json& object) {
   if (object.empty()) {
     return {};
   }
-  const std::string text = object.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string text =
+      documents::printable_json(object.dump(-1, ' ', false, Json::error_handler_t::replace));
   return text.substr(1, text.size() - 2) + ",";
 }
 

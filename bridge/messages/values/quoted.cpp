@@ -7,18 +7,11 @@
 #include <iterator>
 #include <span>
 
+#include "bridge/documents/problems.hpp"
 #include "someip/wire/utf.hpp"
 
 namespace trestle::messages {
 namespace {
-
-/// Characters that must be escaped: control characters, and those that break lines or reverse the direction
-/// of text.
-bool is_unsafe(char32_t code) {
-  return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x061c || code == 0x200e || code == 0x200f ||
-         (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069) || code == 0xfeff ||
-         code == 0xfffe || code == 0xffff;
-}
 
 void append_escape(std::string& out, char32_t code) {
   switch (code) {
@@ -58,7 +51,7 @@ void append_quoted(std::string& out, std::string_view text) {
     const std::size_t bytes = character ? character->bytes : 1;
     if (!character) {
       out += replacement;
-    } else if (is_unsafe(character->code) || character->code == '"' || character->code == '\\') {
+    } else if (documents::is_control(character->code) || character->code == '"' || character->code == '\\') {
       append_escape(out, character->code);
     } else {
       out += text.substr(text.size() - rest.size(), bytes);
@@ -66,6 +59,10 @@ void append_quoted(std::string& out, std::string_view text) {
     rest = rest.subspan(bytes);
   }
   out += '"';
+}
+
+bool is_plain_key(std::string_view name) {
+  return !name.empty() && name.front() != '-' && std::ranges::all_of(name, is_word_character);
 }
 
 bool is_plain_yaml(std::string_view text) {

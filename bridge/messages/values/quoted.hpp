@@ -13,6 +13,9 @@ void append_quoted(std::string& out, std::string_view text);
 /// for less than the standard allows.
 [[nodiscard]] bool is_plain_yaml(std::string_view text);
 
+/// Whether a name may be a key of a mapping without quotes.
+[[nodiscard]] bool is_plain_key(std::string_view name);
+
 /// A piece of somebody's text for a message: quoted, printable, and cut when it is long.
 [[nodiscard]] std::string excerpt(std::string_view text);
 

@@ -33,7 +33,11 @@ void YamlPrinter::field(const std::string& name) {
   if (before_ != Before::dash) {  // the first field stands behind the dash
     out_.append(indent_, ' ');
   }
-  out_ += name;
+  if (is_plain_key(name)) {
+    out_ += name;
+  } else {
+    append_quoted(out_, name);
+  }
   out_ += ':';
   before_ = Before::key;
 }

@@ -355,6 +355,17 @@ TEST(Interfaces, LeavesOutOptionalMembersThatAreMissing) {
       R"({"need":5,"mayBe":6})");
 }
 
+TEST(Interfaces, QuotesNamesThatYamlWouldTakeForSomethingElse) {
+  Model model;
+  const TypeIndex number = lowered::number(model, messages::Primitive::uint8);
+  lowered::event(model, {lowered::value(model, "a: b", number), lowered::value(model, "# c", number)});
+  const Interfaces interfaces = of_model(std::move(model));
+  const Content& content = interfaces.content(*interfaces.find("Door.changed")->elements.at(0));
+  ASSERT_TRUE(content.values) << content.unknown;
+  EXPECT_EQ(content.values->print(std::vector<std::byte>{std::byte{1}, std::byte{2}}, ValueForm::yaml),
+            std::string{"\"a: b\": 1\n\"# c\": 2\n"});
+}
+
 TEST(Interfaces, PrintsAMessageOfWhichNothingIsThere) {
   Model model;
   const TypeIndex number = lowered::number(model, messages::Primitive::uint8);

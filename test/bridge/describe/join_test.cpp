@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <functional>
 
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
@@ -14,6 +15,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
+using ::testing::StartsWith;
 using namespace std::chrono_literals;
 
 /// As a FIDL file tells of it.
@@ -359,6 +361,35 @@ TEST(Join, LetsAMethodAndAnEventHaveOneId) {
   model.services.front().methods = {{.name = "open", .id = someip::MethodId{0x8002}},
                                     {.name = "shut", .id = someip::MethodId{0x8001}}};
   EXPECT_THAT(join(model), IsEmpty());
+}
+
+TEST(Join, RefusesNamesThatSteerATerminal) {
+  const auto problem_of = [](const std::function<void(Model&)>& edit) {
+    Model model = described();
+    edit(model);
+    const auto problems = join(model);
+    return problems.size() == 1 ? to_string(problems[0]) : std::to_string(problems.size()) + " problems";
+  };
+  EXPECT_THAT(
+      problem_of([](Model& model) { model.services[0].name = "Do\x1b[31mor"; }),
+      StartsWith("Door.fidl:3:1: error: a control character, or one that is not UTF-8, is in the name "
+                 "'Do\\x1b[31mor'"));
+  for (const std::string bad : {"\xc2\x9b"
+                                "31m",
+                                "\xe2\x80\xae", "\xff"}) {
+    EXPECT_THAT(problem_of([&](Model& model) { model.services[0].events[0].name += bad; }),
+                HasSubstr("in the name 'moved\\"));
+    EXPECT_THAT(problem_of([&](Model& model) { model.services[0].events[0].payload.values[0].name = bad; }),
+                HasSubstr("in the name"));
+    EXPECT_THAT(problem_of([&](Model& model) {
+                  model.types[0].enumerators = {{bad, 1}};
+                }),
+                HasSubstr("in the name"));
+    EXPECT_THAT(problem_of([&](Model& model) { model.instances[0].name = bad; }), HasSubstr("in the name"));
+    EXPECT_THAT(problem_of([&](Model& model) { model.services[0].eventgroups = {{.name = bad}}; }),
+                HasSubstr("in the name"));
+  }
+  EXPECT_EQ(problem_of([](Model& model) { model.services[0].events[0].name = "T\xc3\xbcr"; }), "0 problems");
 }
 
 TEST(Join, RefusesTypesThatAreNestedTooDeep) {

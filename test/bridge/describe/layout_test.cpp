@@ -123,6 +123,14 @@ TEST(Layout, ShowsWhatBytesAre) {
           "10 [6] name: string, UTF-8, BOM, terminator = \"hi\"", "16 [2] end: int16, big endian = 4660"));
 }
 
+TEST(Layout, SpellsOutControlCharacters) {
+  Model model;
+  const TypeIndex text = model.add({.kind = Kind::string});
+  const Payload payload{.values = {{.name = "s", .type = text, .wire = {.length = FieldWidth::bits8}}}};
+  const std::string_view bytes{"\x0a\xef\xbb\xbf\x1b\xc2\x9b\xe2\x80\xae\0", 11};
+  EXPECT_EQ(layout_of_bytes(model, payload, bytes).ranges.at(1).value, "\"\\x1b\\u009b\\u202e\"");
+}
+
 TEST(Layout, TellsWhereBytesEnd) {
   const Points points;
   const auto errors = [&](std::string_view bytes) {

@@ -28,6 +28,38 @@ TEST(Problems, AreInTheOrderOfFilesAndPlaces) {
                           ":1:1: error: of a file without a name"));
 }
 
+TEST(Printable, SpellsOutWhatSteersATerminal) {
+  EXPECT_EQ(printable("a\x1b[31m\x7f"), "a\\x1b[31m\\x7f");
+  EXPECT_EQ(printable("a\xc2\x9b"
+                      "31m"),
+            "a\\u009b31m");  // CSI in one character
+  EXPECT_EQ(printable("\xe2\x80\xae"
+                      "b"),
+            "\\u202eb");  // turns the direction of text
+  EXPECT_EQ(printable("\x9b"
+                      "31m\xc3"),
+            "\\x9b31m\\xc3");
+  EXPECT_EQ(printable("T\xc3\xbcr"), "T\xc3\xbcr");
+  EXPECT_FALSE(has_control("T\xc3\xbcr 1"));
+  EXPECT_TRUE(has_control("\xc2\x9b"));
+  EXPECT_TRUE(has_control("\xff"));
+}
+
+TEST(Printable, KeepsTheMeaningOfJson) {
+  EXPECT_EQ(printable_json("{\n  \"a\": \"\xc2\x9b\x7f\"\n}"), "{\n  \"a\": \"\\u009b\\u007f\"\n}");
+  EXPECT_EQ(printable_json("\"T\xc3\xbcr\""), "\"T\xc3\xbcr\"");
+  EXPECT_EQ(printable_json("\"a\""), "\"a\"");
+}
+
+TEST(Printable, QuotesNoHalfCharacters) {
+  EXPECT_EQ(quote(std::string(59, 'a') + "\xc3\xbc"), "'" + std::string(59, 'a') + "...'");
+}
+
+TEST(Problems, AreOneLineWithoutControlCharacters) {
+  EXPECT_EQ(to_string(Problem{.file = "a\x1b", .mark = {1, 2}, .text = "b\nc"}),
+            "a\\x1b:1:2: error: b\\x0ac");
+}
+
 TEST(Problems, SayTheSameAtOnePlaceOnce) {
   Problems problems{"f"};
   problems.error(Mark{1, 1}, "a");
