@@ -290,6 +290,133 @@ Service with_fields(const Service& service, const Service& other) {
   return made;
 }
 
+bool is_type(const Model& model, TypeIndex index) {
+  return static_cast<std::size_t>(index) < model.types.size();
+}
+
+/// The rules of a use that matter for its kind, in words.
+std::string rules_of(Kind kind, const Wire& wire) {
+  std::string words = fmt::format("length field {} bits", 8 * bytes(wire.length));
+  if (kind == Kind::choice) {
+    words += fmt::format(", selector {} bits {}", 8 * bytes(wire.selector),
+                         wire.length_first ? "behind the length" : "before the length");
+  }
+  if (kind == Kind::string) {
+    constexpr std::array names{"UTF-8", "UTF-16LE", "UTF-16BE"};
+    words += fmt::format(", {}{}{}", names.at(static_cast<std::size_t>(wire.encoding)),
+                         wire.bom ? ", BOM" : "", wire.terminator ? ", terminator" : "");
+  }
+  if (wire.fixed_bytes != 0) {
+    words += fmt::format(", always {} bytes", wire.fixed_bytes);
+  }
+  if (wire.bits != 0) {
+    words += fmt::format(", {} bits", wire.bits);
+  }
+  if (wire.byte_order) {
+    words += *wire.byte_order == std::endian::big ? ", big endian" : ", little endian";
+  }
+  return words;
+}
+
+std::string name_of(const Model& model, TypeIndex index) {
+  std::string dimensions;
+  for (std::size_t steps = 0; is_type(model, index); ++steps) {
+    const Type& type = model.at(index);
+    if (!type.name.empty()) {
+      return type.name + dimensions;
+    }
+    const Type& behind = resolved(model, index);
+    if (behind.kind != Kind::array || steps == max_type_nesting) {
+      return (behind.kind == Kind::primitive ? messages::to_string(behind.primitive)
+                                             : to_string(behind.kind)) +
+             dimensions;
+    }
+    dimensions += "[]";
+    index = behind.element.type;
+  }
+  return dimensions;
+}
+
+std::string_view word_of(std::endian order) {
+  return order == std::endian::big ? "big endian" : "little endian";
+}
+
+/// One of two payloads that are compared: what its bytes are, in words.
+class Side {
+ public:
+  explicit Side(const Model& model) : model_{&model} {}
+  Side(const Model& model, const Payload& payload, std::string element)
+      : model_{&model}, payload_{&payload}, element_{std::move(element)}, order_{payload.byte_order} {}
+
+  /// Takes the byte order of a use, for what is in it; returns the one before.
+  std::endian enter(const Value& use) { return std::exchange(order_, use.wire.byte_order.value_or(order_)); }
+  void leave(std::endian order) { order_ = order; }
+
+  /// "Angle (uint16, 16 bits, big endian, at byte 4)"
+  std::string bytes_of(const std::string& element, const Value& use) {
+    const Type& type = resolved(*model_, use.type);
+    const std::string name = name_of(*model_, use.type);
+    std::vector<std::string> words;
+    const bool is_number = type.kind == Kind::primitive || type.kind == Kind::enumeration;
+    const std::string form = is_number ? messages::to_string(type.primitive) : to_string(type.kind);
+    if (form != name && type.kind != Kind::array) {
+      words.push_back(form);
+    }
+    if (is_number) {
+      const std::size_t width = messages::width(type.primitive);
+      words.push_back(fmt::format("{} bits", use.wire.bits != 0 ? use.wire.bits : 8 * width));
+      if (width > 1 && payload_ != nullptr) {
+        words.emplace_back(word_of(use.wire.byte_order.value_or(order_)));
+      }
+    } else if (type.kind != Kind::alias &&
+               !(type.kind == Kind::structure && use.wire.length == someip::FieldWidth::none)) {
+      words.push_back(rules_of(type.kind, use.wire));
+    }
+    if (std::string offset = offset_of(element); !offset.empty()) {
+      words.push_back(std::move(offset));
+    }
+    return words.empty() ? name : fmt::format("{} ({})", name, fmt::join(words, ", "));
+  }
+
+ private:
+  /// "at byte 4 + name"; empty: it has no place of its own, or too many were asked for.
+  std::string offset_of(const std::string& element) {
+    if (payload_ == nullptr || !element.starts_with(element_) || asked_ == max_offsets) {
+      return {};
+    }
+    if (asked_++ == 0) {
+      ranges_ = layout(*model_, *payload_).ranges;
+    }
+    std::string_view path = std::string_view{element}.substr(element_.size());
+    path.remove_prefix(path.starts_with('.') ? 1 : 0);
+    const auto found = std::ranges::find_if(ranges_, [&](const ByteRange& range) {
+      const std::string_view there = range.path;
+      return there.starts_with(path) &&
+             (there.size() == path.size() || there[path.size()] == '.' || there[path.size()] == '[');
+    });
+    if (found == ranges_.end()) {
+      return {};
+    }
+    return fmt::format("at byte {}{}", found->depth > 0 ? "+" : "", found->offset_text);
+  }
+
+  /// Of one payload: each one is looked for in all of its ranges.
+  static constexpr std::size_t max_offsets = 100;
+  const Model* model_;
+  const Payload* payload_ = nullptr;
+  std::string element_{};
+  std::endian order_ = std::endian::big;
+  std::size_t asked_ = 0;
+  std::vector<ByteRange> ranges_{};
+};
+
+/// Method::error as a value.
+Value error_of(const Model& model, const Method& method) {
+  Value value{.type = method.error, .place = method.place};
+  value.wire = is_type(model, method.error) ? model.at(method.error).wire : Wire{};
+  return value;
+}
+
 class Comparison {
  public:
   Comparison(const Model& before, const Model& after, MissingId missing)
@@ -453,7 +580,7 @@ class Comparison {
       return;
     }
     if (now.error != no_type) {
-      types(element + ".error", old.error, now.error, false, old.place, now.place);
+      types(element + ".error", error_of(before_, old), error_of(after_, now), false);
     }
     payloads(element + ".response", old.response, now.response, old.place, now.place);
   }
@@ -596,15 +723,15 @@ class Comparison {
 
   void payloads(const std::string& element, const Payload& old, const Payload& now, Place old_place,
                 Place new_place) {
-    const auto word = [](std::endian order) {
-      return std::string{order == std::endian::big ? "big endian" : "little endian"};
-    };
+    const auto word = [](std::endian order) { return std::string{word_of(order)}; };
     if (!old.known || !now.known) {
       return;
     }
+    const auto alignment = [](const Payload& payload) {
+      return payload.alignment <= 1 ? std::string{"none"} : fmt::format("{} bytes", payload.alignment);
+    };
     differs("byte-order", element, word(old.byte_order), word(now.byte_order), old_place, new_place);
-    differs("alignment", element, fmt::to_string(old.alignment), fmt::to_string(now.alignment), old_place,
-            new_place);
+    differs("alignment", element, alignment(old), alignment(now), old_place, new_place);
     if (has_tagged_lengths(before_, old) && has_tagged_lengths(after_, now)) {
       const auto tagged_length = [](const Payload& payload) {
         return payload.smallest_tagged_length
@@ -614,7 +741,11 @@ class Comparison {
       };
       differs("layout", element, tagged_length(old), tagged_length(now), old_place, new_place);
     }
+    old_side_ = {before_, old, element};
+    new_side_ = {after_, now, element};
     values(element, old.values, now.values, false, old_place, new_place);
+    old_side_ = Side{before_};
+    new_side_ = Side{after_};
   }
 
   /// @param behind_length  a length field tells where the values end.
@@ -635,16 +766,17 @@ class Comparison {
     }
     appended(element, old, now, behind_length, old_place);
     for (std::size_t i = common; i < old.size(); ++i) {
-      add("value-removed", path(element, old[i].name), name_of(before_, old[i].type), {}, old[i].place,
-          new_place);
+      const std::string name = path(element, old[i].name);
+      add("value-removed", name, old_side_.bytes_of(name, old[i]), {}, old[i].place, new_place);
     }
   }
 
   void appended(const std::string& element, const std::vector<Value>& old, const std::vector<Value>& now,
                 bool behind_length, Place old_place) {
     for (std::size_t i = old.size(); i < now.size(); ++i) {
-      add(behind_length ? "value-appended-behind-length" : "value-appended", path(element, now[i].name), {},
-          name_of(after_, now[i].type), old_place, now[i].place);
+      const std::string name = path(element, now[i].name);
+      add(behind_length ? "value-appended-behind-length" : "value-appended", name, {},
+          new_side_.bytes_of(name, now[i]), old_place, now[i].place);
     }
   }
 
@@ -664,12 +796,14 @@ class Comparison {
       uses(name, *before, *after);
     }
     for (const Value* value : pairs.added) {
-      add(value->optional ? "member-optional-added" : "value-appended", path(element, value->name), {},
-          name_of(after_, value->type), {}, value->place);
+      const std::string name = path(element, value->name);
+      add(value->optional ? "member-optional-added" : "value-appended", name, {},
+          new_side_.bytes_of(name, *value), {}, value->place);
     }
     for (const Value* value : pairs.removed) {
-      add(value->optional ? "member-optional-removed" : "value-removed", path(element, value->name),
-          name_of(before_, value->type), {}, value->place, new_place);
+      const std::string name = path(element, value->name);
+      add(value->optional ? "member-optional-removed" : "value-removed", name,
+          old_side_.bytes_of(name, *value), {}, value->place, new_place);
     }
   }
 
@@ -684,19 +818,26 @@ class Comparison {
     const Type& before = resolved(before_, old.type);
     const Type& after = resolved(after_, now.type);
     if (before.kind == after.kind) {
-      const std::string was = layout(before.kind, old.wire);
-      const std::string is = layout(after.kind, now.wire);
+      const std::string was = rules_of(before.kind, old.wire);
+      const std::string is = rules_of(after.kind, now.wire);
       differs("layout", element, was, is, old.place, now.place);
     }
     // Tagged members have a length field, too.
     const bool behind_length = (old.tag && now.tag) || (old.wire.length != someip::FieldWidth::none &&
                                                         now.wire.length != someip::FieldWidth::none);
-    types(element, old.type, now.type, behind_length, old.place, now.place);
+    const std::endian old_order = old_side_.enter(old);
+    const std::endian new_order = new_side_.enter(now);
+    types(element, old, now, behind_length);
+    old_side_.leave(old_order);
+    new_side_.leave(new_order);
   }
 
   /// @param behind_length  a length field of the use tells where the type ends.
-  void types(const std::string& element, TypeIndex old_index, TypeIndex new_index, bool behind_length,
-             Place old_place, Place new_place) {
+  void types(const std::string& element, const Value& old_use, const Value& new_use, bool behind_length) {
+    const TypeIndex old_index = old_use.type;
+    const TypeIndex new_index = new_use.type;
+    const Place& old_place = old_use.place;
+    const Place& new_place = new_use.place;
     if (!is_type(before_, old_index) || !is_type(after_, new_index)) {
       differs("type-changed", element, name_of(before_, old_index), name_of(after_, new_index), old_place,
               new_place);
@@ -705,8 +846,8 @@ class Comparison {
     const Type& old = resolved(before_, old_index);
     const Type& now = resolved(after_, new_index);
     if (old.kind != now.kind || (old.kind == Kind::primitive && old.primitive != now.primitive)) {
-      add("type-changed", element, name_of(before_, old_index), name_of(after_, new_index), old_place,
-          new_place);
+      add("type-changed", element, old_side_.bytes_of(element, old_use), new_side_.bytes_of(element, new_use),
+          old_place, new_place);
       return;
     }
     differs("type-renamed", element, old.name, now.name, old_place, new_place);
@@ -842,53 +983,6 @@ class Comparison {
     }
   }
 
-  /// The rules of a use that matter for its kind, in words.
-  static std::string layout(Kind kind, const Wire& wire) {
-    std::string words = fmt::format("length field {} bits", 8 * bytes(wire.length));
-    if (kind == Kind::choice) {
-      words += fmt::format(", selector {} bits {}", 8 * bytes(wire.selector),
-                           wire.length_first ? "behind the length" : "before the length");
-    }
-    if (kind == Kind::string) {
-      constexpr std::array names{"UTF-8", "UTF-16LE", "UTF-16BE"};
-      words += fmt::format(", {}{}{}", names.at(static_cast<std::size_t>(wire.encoding)),
-                           wire.bom ? ", BOM" : "", wire.terminator ? ", terminator" : "");
-    }
-    if (wire.fixed_bytes != 0) {
-      words += fmt::format(", always {} bytes", wire.fixed_bytes);
-    }
-    if (wire.bits != 0) {
-      words += fmt::format(", {} bits", wire.bits);
-    }
-    if (wire.byte_order) {
-      words += *wire.byte_order == std::endian::big ? ", big endian" : ", little endian";
-    }
-    return words;
-  }
-
-  static bool is_type(const Model& model, TypeIndex index) {
-    return static_cast<std::size_t>(index) < model.types.size();
-  }
-
-  static std::string name_of(const Model& model, TypeIndex index) {
-    std::string dimensions;
-    for (std::size_t steps = 0; is_type(model, index); ++steps) {
-      const Type& type = model.at(index);
-      if (!type.name.empty()) {
-        return type.name + dimensions;
-      }
-      const Type& behind = resolved(model, index);
-      if (behind.kind != Kind::array || steps == max_type_nesting) {
-        return (behind.kind == Kind::primitive ? messages::to_string(behind.primitive)
-                                               : to_string(behind.kind)) +
-               dimensions;
-      }
-      dimensions += "[]";
-      index = behind.element.type;
-    }
-    return dimensions;
-  }
-
   static std::string path(const std::string& element, const std::string& name) {
     return name.empty() ? element : element + "." + name;
   }
@@ -896,6 +990,8 @@ class Comparison {
   const Model& before_;
   const Model& after_;
   const MissingId missing_;
+  Side old_side_{before_};  ///< of the payloads that are compared
+  Side new_side_{after_};
   Known known_{};
   std::vector<Change> changes_{};
   std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field

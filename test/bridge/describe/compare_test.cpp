@@ -11,6 +11,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::StartsWith;
 
 constexpr TypeIndex number{0};
 constexpr TypeIndex text{1};
@@ -240,6 +241,24 @@ TEST(Compare, NamesTheElementAndWhatItWas) {
   EXPECT_EQ(changes[0].before, "1");
   EXPECT_EQ(changes[0].after, "7");
   EXPECT_EQ(changes[0].new_place.mark, (documents::Mark{12, 5}));
+}
+
+TEST(Compare, TellsTheBytesOfBothSides) {
+  Model edited = door();
+  edited.at(status).members[1].type = text;
+  edited.at(status).members[1].wire = default_wire(Kind::string);
+  edited.at(status).members.push_back({.name = "near", .type = mode});
+  service(edited).events.front().payload.values[0].wire.byte_order = std::endian::little;
+  edited.at(long_status).members.push_back({.name = "speed", .type = number});
+  const std::vector<Change> changes = compare(door(), edited);
+  ASSERT_THAT(ids(changes),
+              ElementsAre("layout", "type-changed", "value-appended", "value-appended-behind-length"));
+  EXPECT_EQ(changes[1].element, "Door.moved.status.angle");
+  EXPECT_EQ(changes[1].before, "uint16 (16 bits, big endian, at byte 1)");
+  EXPECT_EQ(changes[1].after, "string (length field 32 bits, UTF-8, BOM, terminator, at byte 1)");
+  EXPECT_EQ(changes[2].before, "");
+  EXPECT_EQ(changes[2].after, "Mode (uint8, 8 bits, at byte 5 + status.angle)");
+  EXPECT_THAT(changes[3].after, StartsWith("uint16 (16 bits, big endian, at byte "));
 }
 
 TEST(Compare, ComparesAnErrorWithTheValueThatIsOneNoMore) {
