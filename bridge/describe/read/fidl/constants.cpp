@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <initializer_list>
 
 #include "bridge/documents/problems.hpp"
 
@@ -27,6 +30,10 @@ std::string json_text(std::string_view text) {
     }
   }
   return result + '"';
+}
+
+bool is_one_of(std::string_view sign, std::initializer_list<std::string_view> signs) {
+  return std::ranges::find(signs, sign) != signs.end();
 }
 
 }  // namespace
@@ -131,6 +138,113 @@ std::optional<std::int64_t> Types::whole(const Expression& expression, const Sco
   return std::nullopt;
 }
 
+/// The constant of a name, if there is one and names may still be followed.
+const Constantlike* Types::constant_of(const Expression& expression, const Scope& scope) {
+  const Constantlike* const found = ++steps_ > most_steps ? nullptr : names_.value(expression.text, scope);
+  return found == nullptr || found->constant == nullptr ? nullptr : found;
+}
+
+/// A number of which a part may be a real one.
+std::optional<double> Types::real(const Expression& expression, const Scope& scope, int deep) {
+  if (deep > deepest_expression) {
+    return std::nullopt;
+  }
+  switch (expression.kind) {
+    case Expression::Kind::real: {
+      double number = 0;
+      const char* const end = expression.text.data() + expression.text.size();
+      const auto [stop, error] = std::from_chars(expression.text.data(), end, number);
+      return error == std::errc{} && stop == end ? std::optional{number} : std::nullopt;
+    }
+    case Expression::Kind::unary: {
+      const auto number = expression.text == "-" ? real(expression.parts[0], scope, deep + 1) : std::nullopt;
+      return number ? std::optional{-*number} : std::nullopt;
+    }
+    case Expression::Kind::binary: {
+      if (!is_one_of(expression.text, {"+", "-", "*", "/"})) {
+        return std::nullopt;
+      }
+      const auto left = real(expression.parts[0], scope, deep + 1);
+      const auto right = left ? real(expression.parts[1], scope, deep + 1) : std::nullopt;
+      if (!right) {
+        return std::nullopt;
+      }
+      const double result = expression.text == "+"   ? *left + *right
+                            : expression.text == "-" ? *left - *right
+                            : expression.text == "*" ? *left * *right
+                                                     : *left / *right;
+      return std::isfinite(result) ? std::optional{result} : std::nullopt;
+    }
+    case Expression::Kind::number:
+    case Expression::Kind::text:
+    case Expression::Kind::name: {
+      if (const auto number = whole(expression, scope, deep)) {
+        return static_cast<double>(*number);
+      }
+      const Constantlike* const found =
+          expression.kind == Expression::Kind::name ? constant_of(expression, scope) : nullptr;
+      return found == nullptr ? std::nullopt : real(found->constant->value, found->scope, deep + 1);
+    }
+    case Expression::Kind::truth:
+    case Expression::Kind::compound:
+    case Expression::Kind::bracket:
+      break;
+  }
+  return std::nullopt;
+}
+
+std::optional<bool> Types::truth(const Expression& expression, const Scope& scope, int deep) {
+  if (deep > deepest_expression) {
+    return std::nullopt;
+  }
+  const auto part = [&](std::size_t index) { return truth(expression.parts[index], scope, deep + 1); };
+  const auto number = [&](std::size_t index) { return real(expression.parts[index], scope, deep + 1); };
+  const std::string_view sign = expression.text;
+  switch (expression.kind) {
+    case Expression::Kind::truth:
+      return sign == "true";
+    case Expression::Kind::name: {
+      const Constantlike* const found = constant_of(expression, scope);
+      return found == nullptr ? std::nullopt : truth(found->constant->value, found->scope, deep + 1);
+    }
+    case Expression::Kind::unary: {
+      const auto value = sign == "!" ? part(0) : std::nullopt;
+      return value ? std::optional{!*value} : std::nullopt;
+    }
+    case Expression::Kind::binary: {
+      const auto left = is_one_of(sign, {"&&", "||"}) ? std::nullopt : number(0);
+      if (const auto right = left ? number(1) : std::nullopt) {
+        return sign == "<"    ? std::optional{*left < *right}
+               : sign == "<=" ? std::optional{*left <= *right}
+               : sign == ">"  ? std::optional{*left > *right}
+               : sign == ">=" ? std::optional{*left >= *right}
+               : sign == "==" ? std::optional{*left == *right}
+               : sign == "!=" ? std::optional{*left != *right}
+                              : std::nullopt;
+      }
+      if (left || !is_one_of(sign, {"&&", "||", "==", "!="})) {
+        return std::nullopt;
+      }
+      const auto first = part(0);
+      const auto second = first ? part(1) : std::nullopt;
+      if (!second) {
+        return std::nullopt;
+      }
+      return sign == "&&"   ? *first && *second
+             : sign == "||" ? *first || *second
+             : sign == "==" ? *first == *second
+                            : *first != *second;
+    }
+    case Expression::Kind::number:
+    case Expression::Kind::real:
+    case Expression::Kind::text:
+    case Expression::Kind::compound:
+    case Expression::Kind::bracket:
+      break;
+  }
+  return std::nullopt;
+}
+
 std::string Types::constant_text(const Expression& expression, const Scope& scope, int deep) {
   if (deep > deepest_expression) {
     return {};
@@ -144,9 +258,6 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
     case Expression::Kind::unary:
       if (expression.text == "-" && expression.parts[0].kind == Expression::Kind::real) {
         return "-" + expression.parts[0].text;
-      }
-      if (expression.text == "!" && expression.parts[0].kind == Expression::Kind::truth) {
-        return expression.parts[0].text == "true" ? "false" : "true";
       }
       break;
     case Expression::Kind::name: {
@@ -196,11 +307,18 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
     case Expression::Kind::binary:
       break;
   }
-  const auto number = whole(expression, scope, deep);
-  if (!number) {
-    findings_.warning(expression.place, "the value of the constant cannot be computed, and is left out");
+  if (const auto number = whole(expression, scope, deep)) {
+    return fmt::format("{}", *number);
   }
-  return number ? fmt::format("{}", *number) : "";
+  if (const auto number = real(expression, scope, deep)) {
+    const std::string text = fmt::format("{}", *number);
+    return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+  }
+  if (const auto value = truth(expression, scope, deep)) {
+    return *value ? "true" : "false";
+  }
+  findings_.warning(expression.place, "the value of the constant cannot be computed, and is left out");
+  return {};
 }
 
 void Types::constants() {

@@ -55,8 +55,10 @@ std::string unescaped(std::string_view text) {
 /// @param renamed_from  the name of an element whose own FIDL cannot have
 Notes to_notes(std::string_view annotations, std::optional<std::string>& renamed_from) {
   Notes notes;
+  // Franca wants "\@" for any other; people write "@author: Me <me@example.com>".
   const auto is_start = [&](std::size_t at) {
-    return annotations[at] == '@' && (at == 0 || annotations[at - 1] != '\\');
+    return annotations[at] == '@' &&
+           (at == 0 || std::string_view{" \t\r\n"}.find(annotations[at - 1]) != std::string_view::npos);
   };
   std::size_t at = 0;
   while (at < annotations.size() && !is_start(at)) {
@@ -407,8 +409,9 @@ void FidlParser::type(CollectionTree& into, Notes notes) {
   }
 }
 
-/// Tells nothing about bytes.
+/// Tells nothing about bytes, and no other language has it.
 void FidlParser::contract() {
+  at_.findings().warning(at_.here(), "contracts are skipped: no target has this one");
   at_.take();
   at_.expect("{", "behind 'contract'");
   const int depth = at_.depth();
@@ -530,8 +533,8 @@ Expression FidlParser::bracket(int deep) {
 
 /// Operators that bind more loosely have the lower level.
 Expression FidlParser::binary(int deep, int level) {
-  static const std::array<std::vector<std::string_view>, 4> operators{
-      {{"||", "&&"}, {"==", "!=", "<", "<=", ">", ">="}, {"+", "-"}, {"*", "/"}}};
+  static const std::array<std::vector<std::string_view>, 6> operators{
+      {{"||"}, {"&&"}, {"==", "!="}, {"<", "<=", ">", ">="}, {"+", "-"}, {"*", "/"}}};
   if (too_deep(deep)) {
     return {};
   }

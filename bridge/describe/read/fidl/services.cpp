@@ -475,7 +475,19 @@ void Maker::instance(const Node& node) {
   }
   keep(instance.notes, &node,
        {"Domain", "Variant", "Year", "PreregisteredProperties", "DefaultTimeout", "CodeArtifactName"});
-  model_.instances.push_back(std::move(instance));
+  // A deployment of CommonAPI's core says more of an instance, and does not know its id.
+  const auto same = std::ranges::find_if(model_.instances, [&](const Instance& one) {
+    return one.service == instance.service && one.name == instance.name && !one.name.empty() &&
+           !(one.id && instance.id);
+  });
+  if (same == model_.instances.end()) {
+    model_.instances.push_back(std::move(instance));
+    return;
+  }
+  if (!same->id) {
+    std::swap(*same, instance);
+  }
+  same->notes.others.merge(instance.notes.others);
 }
 
 void Maker::check_names(const Service& service) {

@@ -63,6 +63,9 @@ class Types {
   void constants();
   [[nodiscard]] std::optional<std::int64_t> whole(const Expression& expression, const Scope& scope,
                                                   int deep = 0);
+  [[nodiscard]] const Constantlike* constant_of(const Expression& expression, const Scope& scope);
+  [[nodiscard]] std::optional<double> real(const Expression& expression, const Scope& scope, int deep = 0);
+  [[nodiscard]] std::optional<bool> truth(const Expression& expression, const Scope& scope, int deep = 0);
   [[nodiscard]] std::string constant_text(const Expression& expression, const Scope& scope, int deep = 0);
   [[nodiscard]] std::optional<std::int64_t> enumerator(Declared& declared, std::size_t index, int deep);
   [[nodiscard]] TypeIndex add(Type type);

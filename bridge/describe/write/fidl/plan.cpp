@@ -300,8 +300,10 @@ void Plan::leave_out_empty_types() {
       }
       if (is_empty) {
         left_out_.insert(index);
-        lost_.push_back(
-            {full_name(type.scope, type.name), "a type without content, and what is of it", type.place});
+        if (!type.name.empty()) {  // else its uses tell
+          lost_.push_back(
+              {full_name(type.scope, type.name), "a type without content, and what is of it", type.place});
+        }
         changed = true;
       }
     }

@@ -290,6 +290,66 @@ TEST(ReadFidl, FindsTypesByScopePackageAndImport) {
   EXPECT_EQ(reading.model.constants.at(0).value, "3");
 }
 
+TEST(ReadFidl, TakesTheCoreDeploymentOfAnInstanceForMoreOfIt) {
+  const std::string core =
+      "define org.genivi.commonapi.core.deployment for provider as C "
+      "{ instance p.I { InstanceId = \"i\" Domain = \"local\" } }\n";
+  const std::string someip =
+      "define org.genivi.commonapi.someip.deployment for provider as P "
+      "{ instance p.I { InstanceId = \"i\" SomeIpInstanceID = 5 SomeIpUnreliableUnicastPort = 6 } }\n";
+  for (const std::string& both : {core + someip, someip + core}) {
+    const Reading reading = read({{"K.fidl", "package p\ninterface I { version { major 1 minor 0 } }"},
+                                  {"K.fdepl", std::string{v2} + "import \"K.fidl\"\n" + both}},
+                                 {"K.fdepl"});
+    ASSERT_THAT(told(reading), IsEmpty());
+    ASSERT_THAT(reading.model.instances, SizeIs(1));
+    EXPECT_EQ(reading.model.instances[0].id, someip::InstanceId{5});
+    EXPECT_EQ(reading.model.instances[0].udp_port, 6);
+    EXPECT_EQ(reading.model.instances[0].notes.others.at("Domain"), "\"local\"");
+  }
+}
+
+TEST(ReadFidl, ComputesConstantsOfEachType) {
+  const Reading reading = read({{"K.fidl", R"(package p
+    typeCollection T { version { major 1 minor 0 }
+      const UInt8 N = 3 * (4 + 5) - 1
+      const Double TWO_PI = 2 * 3.25d
+      const Double MINUS = -TWO_PI / N
+      const Boolean MORE = N > 3 && TWO_PI <= 6.5d
+      const Boolean FIRST_AND = true || false && false
+      const Boolean NONE = !(N == 26) || MORE != true
+      const Boolean WRONG = N && true
+      const Double INFINITE = 1.0d / 0.0d
+    } )"}},
+                               {"K.fidl"});
+  std::map<std::string, std::string> constants;
+  for (const Constant& one : reading.model.constants) {
+    constants[one.name] = one.value;
+  }
+  EXPECT_EQ(constants, (std::map<std::string, std::string>{{"N", "26"},
+                                                           {"TWO_PI", "6.5"},
+                                                           {"MINUS", "-0.25"},
+                                                           {"MORE", "true"},
+                                                           {"FIRST_AND", "true"},
+                                                           {"NONE", "false"}}));
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre("K.fidl:9:31: warning: the value of the constant cannot be computed, and is left out",
+                  "K.fidl:10:36: warning: the value of the constant cannot be computed, and is left out"));
+}
+
+TEST(ReadFidl, KeepsAtSignsWithinWordsOfAnnotations) {
+  const Reading reading = read({{"K.fidl", R"(package p
+    <** @author: Me <me@example.com>
+        @description: Ask \@me. **>
+    interface I { version { major 1 minor 0 } } )"}},
+                               {"K.fidl"});
+  const Notes& notes = reading.model.services.at(0).notes;
+  EXPECT_EQ(notes.description, "Ask @me.");
+  EXPECT_EQ(notes.others,
+            (std::map<std::string, std::string, std::less<>>{{"@author", "Me <me@example.com>"}}));
+}
+
 TEST(ReadFidl, ReadsInheritanceConstantsAndContracts) {
   const Reading reading = read({{"K.fidl", R"(package p
     typeCollection T { version { major 1 minor 0 }
@@ -302,7 +362,8 @@ TEST(ReadFidl, ReadsInheritanceConstantsAndContracts) {
     interface I { version { major 1 minor 0 } method m:one { } method m:two { in { UInt8 a } }
       contract { vars { UInt8 i } PSM { initial s state s { on call m -> s on respond m -> s } } } })"}},
                                {"K.fidl"});
-  ASSERT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(told(reading),
+              ElementsAre("K.fidl:10:7: warning: contracts are skipped: no target has this one"));
   std::map<std::string, std::string> constants;
   for (const Constant& one : reading.model.constants) {
     constants[one.name] = one.value;
