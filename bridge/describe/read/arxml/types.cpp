@@ -504,12 +504,29 @@ Value Types::build_reference(const Node& node, const Node* reference, const Fram
 Value Types::build_alias(const Node& node, const Value& target) {
   Value value = target;
   value.notes = notes_of(node);
+  const Type& type = resolved(model_, target.type);
+  // What it says of the number itself.
+  Type number{.kind = type.kind, .primitive = type.primitive};
+  if (type.kind == Kind::primitive) {
+    add_numbers(node, nullptr, number, value.notes);
+  }
   if (to_string(node.tag).ends_with("-ELEMENT")) {
     return value;
   }
   const std::string_view name = node.name;
-  const Type& type = resolved(model_, target.type);
   if (type.kind == Kind::primitive && standard_primitive(name) == type.primitive) {
+    return value;
+  }
+  if (number.minimum || number.invalid_value) {
+    number.name = name;
+    number.scope = Tree::scope(node);
+    number.minimum = number.minimum ? number.minimum : type.minimum;
+    number.maximum = number.maximum ? number.maximum : type.maximum;
+    number.invalid_value = number.invalid_value ? number.invalid_value : type.invalid_value;
+    number.notes = std::exchange(value.notes, {});
+    number.wire = target.wire;
+    number.place = node.place();
+    value.type = keep(&node, std::move(number));
     return value;
   }
   return named_alias(node, target, std::exchange(value.notes, {}));
@@ -534,7 +551,10 @@ Value Types::named_alias(const Node& node, const Value& target, Notes notes) {
 Notes Types::notes_of(const Node& node) const {
   Notes notes = notes_beside(node);
   const Node* const properties = properties_of(node);
-  const Node* const unit = tree_.follow(properties, "UNIT-REF"_tag);
+  const Node* unit = tree_.follow(properties, "UNIT-REF"_tag);
+  if (unit == nullptr) {  // also of a COMPU-METHOD that computes nothing
+    unit = tree_.follow(tree_.follow(properties, "COMPU-METHOD-REF"_tag), "UNIT-REF"_tag);
+  }
   if (unit != nullptr) {
     const std::string_view shown = unit->child_text("DISPLAY-NAME"_tag);
     notes.unit = shown.empty() ? unit->name : shown;

@@ -227,6 +227,49 @@ std::string element(std::string_view name, std::string_view category, std::strin
          std::string{category} + "</CATEGORY>" + std::string{inner} + "</IMPLEMENTATION-DATA-TYPE-ELEMENT>";
 }
 
+TEST(ReadArxml, ReadsWhatATypeReferenceSaysOfItsNumber) {
+  const auto reference = [](std::string_view name, std::string_view more) {
+    return "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+           props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/Platform/uint16</IMPLEMENTATION-DATA-TYPE-REF>" +
+                 std::string{more}) +
+           "</IMPLEMENTATION-DATA-TYPE>";
+  };
+  const auto member = [](std::string_view name, std::string_view type) {
+    return element(name, "TYPE_REFERENCE",
+                   props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/" + std::string{type} +
+                         "</IMPLEMENTATION-DATA-TYPE-REF>"));
+  };
+  const Reading reading = read_texts({types(
+      "<UNIT><SHORT-NAME>mps</SHORT-NAME><DISPLAY-NAME>m/s</DISPLAY-NAME></UNIT>"
+      "<DATA-CONSTR><SHORT-NAME>Limits</SHORT-NAME><DATA-CONSTR-RULES><DATA-CONSTR-RULE><INTERNAL-CONSTRS>"
+      "<LOWER-LIMIT>5</LOWER-LIMIT><UPPER-LIMIT>90</UPPER-LIMIT>"
+      "</INTERNAL-CONSTRS></DATA-CONSTR-RULE></DATA-CONSTR-RULES></DATA-CONSTR>"
+      "<COMPU-METHOD><SHORT-NAME>Same</SHORT-NAME><CATEGORY>IDENTICAL</CATEGORY>"
+      "<UNIT-REF DEST=\"X\">/P/mps</UNIT-REF></COMPU-METHOD>"
+      "<COMPU-METHOD><SHORT-NAME>Half</SHORT-NAME><CATEGORY>LINEAR</CATEGORY>"
+      "<UNIT-REF DEST=\"X\">/P/mps</UNIT-REF><COMPU-INTERNAL-TO-PHYS><COMPU-SCALES><COMPU-SCALE>"
+      "<COMPU-RATIONAL-COEFFS><COMPU-NUMERATOR><V>0</V><V>0.5</V></COMPU-NUMERATOR></COMPU-RATIONAL-COEFFS>"
+      "</COMPU-SCALE></COMPU-SCALES></COMPU-INTERNAL-TO-PHYS></COMPU-METHOD>" +
+          reference("Speed", "<COMPU-METHOD-REF DEST=\"X\">/P/Same</COMPU-METHOD-REF>") +
+          reference("Scaled", "<COMPU-METHOD-REF DEST=\"X\">/P/Half</COMPU-METHOD-REF>") +
+          reference("Limited", "<DATA-CONSTR-REF DEST=\"X\">/P/Limits</DATA-CONSTR-REF>") +
+          "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>S</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>" +
+          member("a", "Speed") + member("b", "Scaled") + member("c", "Limited") +
+          "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>",
+      "/P/S")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Model& model = reading.model;
+  const Type& type = resolved(model, model.services[0].events[0].payload.values[0].type);
+  ASSERT_EQ(type.members.size(), 3U);
+  EXPECT_EQ(model.at(type.members[0].type).notes.unit, "m/s");
+  EXPECT_EQ(model.at(type.members[1].type).notes.unit, "m/s");
+  EXPECT_EQ(model.at(type.members[1].type).notes.others.at("scale"), "0.5");
+  EXPECT_EQ(model.at(type.members[2].type).name, "Limited");
+  EXPECT_EQ(model.at(type.members[2].type).minimum, 5);
+  EXPECT_EQ(model.at(type.members[2].type).maximum, 90);
+}
+
 TEST(ReadArxml, ReadsImplementationTypesEnumerationsAndArraysWithASizeIndicator) {
   const std::string value = props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>");
   const Reading reading = read_texts({types(
