@@ -17,13 +17,23 @@ Written written_sheet() {
                  .scope = "org.example",
                  .primitive = messages::Primitive::uint16,
                  .enumerators = {{.name = "LEFT", .value = 3, .notes = {.description = "a|b <x>"}}}});
+  model.add({.kind = Kind::primitive,
+             .name = "Percent",
+             .invalid_value = 255,
+             .minimum = 0,
+             .maximum = 100,
+             .notes = {.unit = "%"}});
   model.services.push_back({.name = "Door",
                             .scope = "org.example",
                             .id = someip::ServiceId{0x1234},
                             .major = 2,
                             .methods = {{.name = "open",
                                          .id = someip::MethodId{1},
-                                         .request = {.values = {{.name = "side", .type = side}}},
+                                         .request = {.values = {{.name = "side",
+                                                                 .type = side,
+                                                                 .notes = {.description = "Which one",
+                                                                           .unit = "m",
+                                                                           .others = {{"@see", "b"}}}}}},
                                          .notes = {.description = "Opens & closes"}}},
                             .fields = {{.name = "speed",
                                         .payload = {.values = {{.name = "speed", .type = side}}},
@@ -48,9 +58,12 @@ TEST(WriteSheet, HasTheLayoutOfEachPayload) {
         "| front | 0x0001 | provided | 10.0.0.1 | 30501 |  |\n", "| all | 0x0007 | speed |  |\n",
         "\n### Method open (0x0001)\n\nOpens & closes\n\nRequest: UDP\n",
         "| offset | bytes | field | type | rule |\n| --- | --- | --- | --- | --- |\n| 0 | 2 | side | Side | "
-        "big endian |\n",
+        "big endian |\n\n| value | unit | meaning |\n| --- | --- | --- |\n| side | m | Which one; see: b "
+        "|\n",
         "\nResponse: UDP, empty\n", "### Field speed (getter ?, notifier 0x8001)",
-        "\n### org.example.Side (enumeration)\n", "| LEFT | 3 | a\\|b \\<x> |\n"}) {
+        "\n### org.example.Side (enumeration)\n",
+        "\nA uint8 from 0 to 100, unit %. 255 means that there is no value.\n",
+        "| LEFT | 3 | a\\|b \\<x> |\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

@@ -164,9 +164,42 @@ class SheetWriter {
 
  private:
   void notes(const Notes& notes) {
-    if (!notes.description.empty()) {
-      form_.paragraph(notes.description);
+    if (const std::string text = meaning(notes); !text.empty()) {
+      form_.paragraph(text);
     }
+  }
+
+  /// The description, and each annotation: "deprecated: since 2".
+  static std::string meaning(const Notes& notes) {
+    std::string text = notes.description;
+    for (const auto& [name, value] : notes.others) {
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ",
+                          std::string_view{name}.substr(name.starts_with('@') ? 1 : 0), value);
+    }
+    return text;
+  }
+
+  /// What people wrote beside arguments.
+  void arguments(const std::vector<Value>& values) {
+    std::vector<std::vector<std::string>> rows;
+    for (const Value& one : values) {
+      if (one.notes != Notes{}) {
+        rows.push_back({one.name, one.notes.unit, meaning(one.notes)});
+      }
+    }
+    if (!rows.empty()) {
+      form_.table({"value", "unit", "meaning"}, rows);
+    }
+  }
+
+  /// "A uint8 from 0 to 100, unit %. 255 means that there is no value."
+  static std::string number_text(const Type& type) {
+    std::string text = fmt::format("A {}", messages::to_string(type.primitive));
+    text += type.minimum ? fmt::format(" from {}", *type.minimum) : "";
+    text += type.maximum ? fmt::format(" to {}", *type.maximum) : "";
+    text += type.notes.unit.empty() ? "." : fmt::format(", unit {}.", type.notes.unit);
+    return text +
+           (type.invalid_value ? fmt::format(" {} means that there is no value.", *type.invalid_value) : "");
   }
 
   void service(const Service& service) {
@@ -299,6 +332,7 @@ class SheetWriter {
                       one.path, one.type, one.rule});
     }
     form_.table({"offset", "bytes", "field", "type", "rule"}, rows);
+    arguments(payload.values);
   }
 
   void protection(const Protection& e2e, const std::string& part = {}) {
@@ -322,13 +356,13 @@ class SheetWriter {
       std::vector<std::vector<std::string>> rows;
       if (type.kind == Kind::enumeration) {
         for (const Enumerator& one : all_enumerators(model_, type)) {
-          rows.push_back({one.name, std::to_string(one.value), one.notes.description});
+          rows.push_back({one.name, std::to_string(one.value), meaning(one.notes)});
         }
         form_.table(
             {fmt::format("enumerator of {}", messages::to_string(type.primitive)), "value", "meaning"}, rows);
       } else if (type.kind == Kind::structure || type.kind == Kind::choice) {
         for (const Value& one : all_members(model_, type)) {
-          rows.push_back({one.name, label(one.type), one.notes.unit, one.notes.description});
+          rows.push_back({one.name, label(one.type), one.notes.unit, meaning(one.notes)});
         }
         form_.table({"member", "type", "unit", "meaning"}, rows);
       } else if (type.kind == Kind::alias || type.kind == Kind::array) {
@@ -336,7 +370,7 @@ class SheetWriter {
       } else if (type.kind == Kind::map) {
         form_.paragraph("From " + label(type.key.type) + " to " + label(type.element.type) + ".");
       } else if (type.kind == Kind::primitive) {
-        form_.paragraph(fmt::format("A {}.", messages::to_string(type.primitive)));
+        form_.paragraph(number_text(type));
       }
     }
   }
@@ -344,8 +378,8 @@ class SheetWriter {
   void constants() {
     std::vector<std::vector<std::string>> rows;
     for (const Constant& one : model_.constants) {
-      rows.push_back({full_name(one.scope, one.name), label(one.type), one.value, one.notes.unit,
-                      one.notes.description});
+      rows.push_back(
+          {full_name(one.scope, one.name), label(one.type), one.value, one.notes.unit, meaning(one.notes)});
     }
     if (!rows.empty()) {
       form_.heading(2, "Constants");
