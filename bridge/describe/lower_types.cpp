@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 #include "bridge/describe/marks.hpp"
@@ -25,6 +27,10 @@ bool is_array(const Type& type) {
   return type.kind == Kind::array || type.kind == Kind::map || type.kind == Kind::bytes;
 }
 
+bool is_in(const Model& model, TypeIndex index) {
+  return static_cast<std::size_t>(index) < model.types.size();
+}
+
 bool is_number_of_bytes(const Type& type) {
   return (type.kind == Kind::primitive || type.kind == Kind::enumeration) &&
          messages::width(type.primitive) > 1;
@@ -39,8 +45,9 @@ std::string package_part(std::string_view name) {
 }
 
 /// An error is an enumeration. A field that is one or the other makes no other message.
+/// Names of aliases and arrays make none either: those of the first one hold.
 std::string_view mark_of(const messages::Field& field) {
-  std::string_view mark = field.mark;
+  std::string_view mark = marks::parse(field.mark).what;
   if (mark.starts_with(marks::error)) {
     mark.remove_prefix(marks::error.size());
   } else if (mark.starts_with(marks::enumeration)) {
@@ -266,8 +273,10 @@ std::optional<std::size_t> TypeLowering::made(Shape shape, const Owner& owner, b
     }
     for (const Shape::Use& use : there.uses) {
       into_.sources.emplace(name + "." + use.field.name, use.source);
-      if (use.notes != nullptr && *use.notes != Notes{}) {
-        into_.notes.emplace(name + "." + use.field.name, *use.notes);
+      Notes notes = use.notes != nullptr ? *use.notes : Notes{};
+      notes.unit = use.unit;
+      if (notes != Notes{}) {
+        into_.notes.emplace(name + "." + use.field.name, std::move(notes));
       }
     }
   }
@@ -343,7 +352,9 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
                         : type.kind == Kind::map ? messages::FieldWords::Form::entries
                                                  : messages::FieldWords::Form::plain;
     }
-    if (is_array(type) && use->nested && (is_choice || is_array(resolved_element(type)))) {
+    const bool stands_for_array =
+        is_array(type) && use->nested && (is_choice || is_array(resolved_element(type)));
+    if (stands_for_array) {
       use->field.mark = marks::array;
     }
     if (!is_choice && (type.kind == Kind::bytes || type.kind == Kind::map)) {
@@ -362,6 +373,10 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
       shape.has_optional_array = shape.has_optional_array || shapes_[use->shape].has_optional_array;
     }
     add_enumerators(shape, *use, value);
+    if (!is_array(type) || !is_choice) {  // else those of the message between
+      add_names(use->field, value, what);
+    }
+    use->unit = unit_of(value);
     shape.definition.fields.push_back(use->field);
     shape.uses.push_back(std::move(*use));
   }
@@ -565,6 +580,75 @@ std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner&
     use.notes = nullptr;
   }
   return made(std::move(shape), inner, false);
+}
+
+namespace {
+
+/// Whether a name of a number says no more than what it is made of, as those of AUTOSAR's platform do:
+/// "uint8", "std_uint8_t", "UInt8".
+bool is_plain_name(const Type& type) {
+  std::string name;
+  for (const char c : type.name) {
+    name += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  const std::string_view part = std::string_view{name}.substr(name.starts_with("std_") ? 4 : 0);
+  const std::string_view bare = part.substr(0, part.size() - (part.ends_with("_t") ? 2 : 0));
+  constexpr std::array<std::string_view, 6> others{"boolean", "float", "double",
+                                                   "string",  "char",  "bytebuffer"};
+  return bare == messages::to_string(type.primitive) || std::ranges::find(others, bare) != others.end();
+}
+
+}  // namespace
+
+/// Marks the field with the names of typedefs and arrays, for which ROS has no place.
+void TypeLowering::add_names(messages::Field& field, const Value& value, const std::string& what) {
+  marks::FieldMark mark = marks::parse(field.mark);
+  const auto add = [&](const Type& type, std::vector<std::string_view>& aliases) {
+    const bool is_plain =
+        type.kind == Kind::primitive || type.kind == Kind::string || type.kind == Kind::bytes;
+    if (!messages::is_identifier(type.name) || (is_plain && is_plain_name(type)) ||
+        !(is_plain || type.kind == Kind::array || type.kind == Kind::alias)) {
+      return;
+    }
+    if (type.kind == Kind::array) {
+      mark.array_name = type.name;
+    } else {
+      aliases.push_back(type.name);
+    }
+  };
+  const auto add_all = [&](TypeIndex index, std::vector<std::string_view>& aliases) {
+    for (std::size_t steps = 0; steps <= max_type_nesting && is_in(model_, index); ++steps) {
+      const Type& type = model_.at(index);
+      add(type, aliases);
+      index = type.kind == Kind::alias ? type.element.type : no_type;
+    }
+  };
+  add_all(value.type, mark.aliases);
+  const Type& type = resolved(model_, value.type);
+  if (type.kind == Kind::array && !is_array(resolved_element(type))) {
+    add_all(type.element.type, mark.element_aliases);
+  }
+  std::string text = marks::text_of(mark);
+  if (text.size() > messages::max_mark_bytes - messages::mark_comment.size()) {
+    into_.renamed.push_back({what, "the names of its typedefs, which are too long", value.place});
+    return;
+  }
+  field.mark = std::move(text);
+}
+
+/// What the value says, or else its type does.
+std::string TypeLowering::unit_of(const Value& value) const {
+  TypeIndex index = value.type;
+  const std::string* unit = &value.notes.unit;
+  for (std::size_t steps = 0; unit->empty() && is_in(model_, index) && steps <= max_type_nesting; ++steps) {
+    const Type& type = model_.at(index);
+    unit = &type.notes.unit;
+    if (type.kind != Kind::alias && type.kind != Kind::array) {
+      break;
+    }
+    index = type.element.type;
+  }
+  return *unit;
 }
 
 /// Each enumeration's once, however many fields use it.

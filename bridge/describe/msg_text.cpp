@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "bridge/describe/lower.hpp"
+#include "bridge/messages/types/msg_comments.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -23,10 +24,7 @@ void add_comment(std::string& text, std::string_view comment) {
 std::string notes_text(const Lowered& lowered, const std::string& name) {
   std::string text;
   if (const auto notes = lowered.notes.find(name); notes != lowered.notes.end()) {
-    add_comment(text, notes->second.description);
-    if (!notes->second.unit.empty()) {
-      add_comment(text, "unit: " + notes->second.unit);
-    }
+    add_comment(text, messages::comment_lines(notes->second.description, notes->second.unit));
   }
   return text;
 }

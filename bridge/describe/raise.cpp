@@ -5,11 +5,13 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string_view>
 #include <tuple>
 #include <utility>
 
 #include "bridge/describe/marks.hpp"
+#include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/number_text.hpp"
 
 namespace trestle::describe {
@@ -57,7 +59,7 @@ class Enumerations {
 
   /// Nothing: the field is none.
   static std::optional<std::string_view> name_of(const messages::Field& field) {
-    std::string_view mark = field.mark;
+    std::string_view mark = marks::parse(field.mark).what;
     const auto word = mark.substr(0, mark.find(' '));
     if ((word != marks::enumeration && word != marks::error) || !field.type.primitive ||
         !is_whole(*field.type.primitive)) {
@@ -91,7 +93,7 @@ class Enumerations {
   void add_uses(const messages::TypeTree& tree, const messages::MessageDefinition& definition) {
     for (const messages::Field& field : definition.fields) {
       // Those of the array that a message stands for are in both.
-      const bool stands_for_array = field.mark == marks::array && !field.type.primitive;
+      const bool stands_for_array = marks::parse(field.mark).what == marks::array && !field.type.primitive;
       const auto& fields =
           stands_for_array ? tree.messages[field.type.message_index].fields : definition.fields;
       const messages::Field& marked = stands_for_array && fields.size() == 1 ? fields[0] : field;
@@ -194,6 +196,7 @@ class Raising {
     // A T[<=1] that is no array: a member that may be missing, or one of a choice.
     const bool may_be_missing = field.type.array == ArrayKind::bounded && field.type.array_size == 1 &&
                                 (own.form == Form::choice || tag != own.tags.end());
+    const marks::FieldMark mark = marks::parse(field.mark);
     Value value{};
     if (field.type.array == ArrayKind::none || may_be_missing) {
       value = element(of, field, own, rules, is_bits);
@@ -203,16 +206,23 @@ class Raising {
                  .wire = default_wire(Kind::array),
                  .max_size = field.type.array_size,
                  .fixed_size = is_fixed};
-      if (field.mark == marks::bytes && field.type.primitive == Primitive::uint8) {
+      if (mark.what == marks::bytes && field.type.primitive == Primitive::uint8) {
         array.kind = Kind::bytes;
       } else if (!make_map(array, field, rules)) {
         array.element = element(of, field, own, rules, is_bits);
+        array.element.type = with_aliases(array.element.type, mark.element_aliases, of);
+        if (messages::is_identifier(mark.array_name)) {
+          array.name = mark.array_name;
+          array.scope = package_of(of);
+          array.name = types_.free_name(array);
+        }
       }
       array.wire.length = is_bits ? FieldWidth::none
                                   : rules.array_length.value_or(is_fixed ? rules_.payload.fixed_array_length
                                                                          : rules_.payload.array_length);
       value = value_of(model_, types_.add_once(std::move(array)), {});
     }
+    value.type = with_aliases(value.type, mark.aliases, of);
     value.name = field.name;
     value.default_value = field.default_value;
     value.notes = notes_of(field.comment);
@@ -226,6 +236,26 @@ class Raising {
     return value;
   }
 
+  static std::string package_of(const messages::MessageDefinition& definition) {
+    return definition.name.substr(0, definition.name.find('/'));
+  }
+
+  /// The type behind aliases of these names, the first one outside.
+  TypeIndex with_aliases(TypeIndex type, std::span<const std::string_view> names,
+                         const messages::MessageDefinition& of) {
+    for (auto name = names.rbegin(); name != names.rend(); ++name) {
+      if (type == no_type || !messages::is_identifier(*name)) {
+        continue;
+      }
+      Type alias{.kind = Kind::alias, .name = std::string{*name}, .scope = package_of(of)};
+      alias.element = value_of(model_, type, {});
+      alias.wire = alias.element.wire;
+      alias.name = types_.free_name(alias);
+      type = types_.add_once(std::move(alias));
+    }
+    return type;
+  }
+
   /// Whether the field's message has no bytes of its own.
   [[nodiscard]] bool is_bare(const FieldRules& rules, const TypeRules& type) {
     return type.form == Form::structure && frame(rules, type, {}).length == FieldWidth::none;
@@ -233,7 +263,7 @@ class Raising {
 
   /// Makes a map of an array of pairs; false: the field is none.
   bool make_map(Type& array, const messages::Field& field, const FieldRules& rules) {
-    if (field.mark != marks::map || field.type.primitive) {
+    if (marks::parse(field.mark).what != marks::map || field.type.primitive) {
       return false;
     }
     constexpr std::string_view end = "Entry";
@@ -267,7 +297,7 @@ class Raising {
       return known->second;
     }
     Type type{.kind = Kind::enumeration,
-              .scope = of.name.substr(0, of.name.find('/')),
+              .scope = package_of(of),
               .primitive = primitive,
               .wire = default_wire(Kind::enumeration)};
     for (const messages::Constant* const one : enumerations_of(of).of(prefix, primitive)) {
@@ -283,7 +313,8 @@ class Raising {
       return known->second = types_.add_once(std::move(type));
     }
     // One of the same name with other enumerators is another one.
-    type.name = types_.enumeration_name(type.scope, std::string{name}, type.enumerators);
+    type.name = name;
+    type.name = types_.free_name(type);
     return known->second = types_.add_once(std::move(type));
   }
 
@@ -304,7 +335,7 @@ class Raising {
       const messages::MessageDefinition& definition = tree_.messages[type.message_index];
       const std::string& key = rules.variant.empty() ? definition.name : rules.variant;
       if (const TypeRules& inner = rules_of(key);
-          field.mark == marks::array && definition.fields.size() == 1 &&
+          marks::parse(field.mark).what == marks::array && definition.fields.size() == 1 &&
           definition.fields[0].type.array != ArrayKind::none && is_bare(rules, inner)) {
         Value value = member(definition, definition.fields[0], inner, false);
         value.name.clear();

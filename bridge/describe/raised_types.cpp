@@ -79,6 +79,11 @@ std::string text_of(const std::vector<Enumerator>& enumerators) {
   return text;
 }
 
+bool is_numbered(const Type& type) {
+  return !type.name.empty() &&
+         (type.kind == Kind::enumeration || type.kind == Kind::alias || type.kind == Kind::array);
+}
+
 }  // namespace
 
 void RaisedTypes::catch_up() {
@@ -89,8 +94,8 @@ void RaisedTypes::catch_up() {
     if (!type.name.empty()) {
       by_name_.try_emplace(name_key(type), index);
     }
-    if (type.kind == Kind::enumeration) {
-      enumerations_.try_emplace(joined(type.scope, type.name), index);
+    if (is_numbered(type)) {
+      named_.try_emplace(name_key(type), index);
     }
   }
   for (; constants_known_ < model_.constants.size(); ++constants_known_) {
@@ -117,26 +122,51 @@ TypeIndex RaisedTypes::add_once(Type type) {
   return model_.add(std::move(type));
 }
 
-std::string RaisedTypes::enumeration_name(const std::string& scope, const std::string& name,
-                                          const std::vector<Enumerator>& enumerators) {
+std::string RaisedTypes::content_of(TypeIndex index, std::size_t depth) const {
+  if (static_cast<std::size_t>(index) >= model_.types.size() || depth > max_type_nesting) {
+    return {};
+  }
+  const Type& type = model_.at(index);
+  const std::string kind = to_string(type.kind);
+  if (!type.name.empty()) {
+    return kind + "\n" + joined(type.scope, type.name);
+  }
+  std::string text = kind + " " + messages::to_string(type.primitive) + " " + type.ros_name + " " +
+                     std::to_string(type.max_size) + (type.fixed_size ? " fixed" : "");
+  for (const Value* part : {&type.key, &type.element}) {
+    text += part->type == no_type ? "" : "\n" + content_of(part->type, depth + 1);
+  }
+  return text;
+}
+
+/// What tells two of a name apart.
+std::string RaisedTypes::content_of(const Type& type) const {
+  return type.kind == Kind::enumeration ? text_of(type.enumerators)
+                                        : std::to_string(type.max_size) + (type.fixed_size ? " fixed" : "") +
+                                              "\n" + content_of(type.element.type, 0);
+}
+
+std::string RaisedTypes::free_name(const Type& type) {
   catch_up();
-  const auto numbered_name = [&](unsigned number) {
-    return number == 1 ? name : name + std::to_string(number);
+  Type numbered{.kind = type.kind, .scope = type.scope};
+  const auto set_number = [&](unsigned number) {
+    numbered.name = number == 1 ? type.name : type.name + std::to_string(number);
   };
-  Numbered& of_name = numbered_[joined(scope, name)];
-  const std::string wanted = text_of(enumerators);
+  Numbered& of_name = numbered_[name_key(type)];
+  const std::string wanted = content_of(type);
   if (const auto known = of_name.numbers.find(wanted); known != of_name.numbers.end()) {
-    return numbered_name(known->second);
+    set_number(known->second);
+    return numbered.name;
   }
   while (true) {
     const unsigned number = of_name.next++;
+    set_number(number);
     ++comparisons_;
-    const auto taken = enumerations_.find(joined(scope, numbered_name(number)));
-    const std::string there =
-        taken == enumerations_.end() ? wanted : text_of(model_.at(taken->second).enumerators);
+    const auto taken = named_.find(name_key(numbered));
+    const std::string there = taken == named_.end() ? wanted : content_of(model_.at(taken->second));
     of_name.numbers.try_emplace(there, number);
     if (there == wanted) {
-      return numbered_name(number);
+      return numbered.name;
     }
   }
 }

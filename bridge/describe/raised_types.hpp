@@ -22,10 +22,9 @@ class RaisedTypes {
 
   /// The type that is alike, or else this one, added: as a variant where one of its name is there.
   TypeIndex add_once(Type type);
-  /// What an enumeration of these enumerators is called: its name, or the first of Name2, Name3 … that is
-  /// free, or has the same enumerators.
-  [[nodiscard]] std::string enumeration_name(const std::string& scope, const std::string& name,
-                                             const std::vector<Enumerator>& enumerators);
+  /// What an enumeration, alias or array is to be called: its name, or the first of Name2, Name3 … that is
+  /// free, or that of one with the same enumerators, or of the same type but for its wire rules.
+  [[nodiscard]] std::string free_name(const Type& type);
   /// Whether the model has constants of this scope.
   [[nodiscard]] bool has_constants(std::string_view scope);
 
@@ -33,12 +32,14 @@ class RaisedTypes {
   [[nodiscard]] std::size_t comparisons() const noexcept { return comparisons_; }
 
  private:
-  /// Enumerations of one name that were told apart by a number.
+  /// Types of one name that were told apart by a number.
   struct Numbered {
     unsigned next = 1;
-    std::map<std::string, unsigned> numbers{};  ///< by their enumerators
+    std::map<std::string, unsigned> numbers{};  ///< by what they are
   };
   void catch_up();
+  [[nodiscard]] std::string content_of(const Type& type) const;
+  [[nodiscard]] std::string content_of(TypeIndex index, std::size_t depth) const;
 
   Model& model_;
   std::size_t types_known_ = 0;
@@ -47,8 +48,9 @@ class RaisedTypes {
   std::unordered_map<std::size_t, std::vector<TypeIndex>> by_content_{};  ///< by their hash
   /// The first of a name: of a ROS type, of whatever kind; else of one kind.
   std::unordered_map<std::string, TypeIndex> by_name_{};
-  std::unordered_map<std::string, TypeIndex> enumerations_{};  ///< by scope and name
-  std::map<std::string, Numbered> numbered_{};                 ///< by scope and name
+  /// Enumerations, aliases and arrays, by scope, name and kind.
+  std::unordered_map<std::string, TypeIndex> named_{};
+  std::map<std::string, Numbered> numbered_{};
   std::set<std::string, std::less<>> constant_scopes_{};
 };
 

@@ -391,14 +391,14 @@ class RouteFile {
   }
 
   /// A first value of the answer that is marked as the error of the method is that.
-  static void take_error(const messages::MessageDefinition& response, describe::Method& method) {
+  void take_error(const messages::MessageDefinition& response, describe::Method& method) {
     std::vector<describe::Value>& values = method.response.values;
     if (values.empty() || response.fields.empty() || values.front().name != response.fields.front().name) {
       return;
     }
-    const std::string& mark = response.fields.front().mark;
+    const std::string_view mark = describe::marks::parse(response.fields.front().mark).what;
     if (mark.substr(0, mark.find(' ')) == describe::marks::error) {
-      method.error = values.front().type;
+      method.error = behind_aliases(types_.model(), values.front().type);
       values.erase(values.begin());
     }
   }

@@ -127,6 +127,8 @@ struct Field {
 
 /// What such a comment begins with.
 inline constexpr std::string_view mark_comment = "# trestle: ";
+/// Of the whole comment; a longer one is no mark.
+inline constexpr std::size_t max_mark_bytes = 1024;
 
 /// A constant of a message; never on the wire.
 struct Constant {

@@ -18,6 +18,19 @@ bool says_something(std::string_view text) {
   });
 }
 
+/// "m/s" of each "[m/s]" in a comment, as rosidl finds them.
+std::vector<std::string_view> bracketed(std::string_view text) {
+  std::vector<std::string_view> all;
+  for (std::size_t open = text.find('['); open != std::string_view::npos; open = text.find('[', open)) {
+    const std::size_t end = text.find_first_of(",]\n", ++open);
+    if (end != std::string_view::npos && text[end] == ']' && end > open) {
+      all.push_back(text.substr(open, end - open));
+      open = end;
+    }
+  }
+  return all;
+}
+
 std::string_view without_signs(std::string_view comment) {
   comment.remove_prefix(std::min(comment.find_first_not_of('#'), comment.size()));
   return trimmed(comment);
@@ -40,7 +53,9 @@ void add_comment(Comment& to, std::string_view lines) {
     const std::size_t end = std::min(lines.find_first_of("\r\n"), lines.size());
     const std::string_view line = trimmed(lines.substr(0, end));
     lines.remove_prefix(std::min(end + 1, lines.size()));
-    if (!says_something(line) || line.starts_with(mark)) {
+    const bool is_unit =
+        bracketed(line).size() == 1 && line.starts_with('[') && line.ends_with(']');  // "[%]"
+    if ((!says_something(line) && !is_unit) || line.starts_with(mark)) {
       continue;
     }
     if (line.starts_with(unit)) {
@@ -50,6 +65,43 @@ void add_comment(Comment& to, std::string_view lines) {
     to.text += to.text.empty() ? "" : "\n";
     to.text += line;
   }
+}
+
+void take_unit(Comment& comment) {
+  if (comment.unit == no_unit) {
+    comment.unit.clear();
+    return;
+  }
+  const auto units = bracketed(comment.text);
+  if (!comment.unit.empty() || units.size() != 1) {
+    return;
+  }
+  std::string_view text = comment.text;
+  const auto begin = static_cast<std::size_t>(units[0].data() - text.data()) - 1;
+  const std::string_view behind = text.substr(begin + units[0].size() + 2);
+  const std::size_t last = text.substr(0, begin).find_last_not_of(" \t\n");
+  const std::string_view before = text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  std::string rest = std::string{before} + std::string{before.empty() ? trimmed(behind, " \t\n") : behind};
+  comment.unit = trimmed(units[0]);
+  comment.text = says_something(rest) ? std::move(rest) : std::string{};
+}
+
+std::string comment_lines(std::string_view text, std::string_view unit) {
+  const std::size_t brackets = bracketed(text).size();
+  std::string lines{text};
+  const auto add = [&](const std::string& line) { lines += (lines.empty() ? "" : "\n") + line; };
+  const std::string in_brackets = "[" + std::string{unit} + "]";
+  if (unit.empty()) {
+    if (brackets == 1) {
+      add("unit: " + std::string{no_unit});
+    }
+  } else if (brackets == 0 && bracketed(in_brackets).size() == 1 &&
+             bracketed(in_brackets)[0].size() == unit.size()) {
+    add(in_brackets);
+  } else {
+    add("unit: " + std::string{unit});
+  }
+  return lines;
 }
 
 void MsgComments::add_line(std::string_view line, MessageDefinition& part) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -11,6 +12,16 @@ namespace trestle::messages {
 /// marks of ours say nothing.
 /// @param lines  without comment signs; each is trimmed.
 void add_comment(Comment& to, std::string_view lines);
+
+/// What "unit: none" says: there is no unit, also where brackets look like one.
+inline constexpr std::string_view no_unit = "none";
+
+/// Takes the only "[m/s]" of a complete comment out of its text, and as the unit, as rosidl does. What has a
+/// comma is a range, and no unit. Where a line says "unit:", brackets are text.
+void take_unit(Comment& comment);
+
+/// The lines by which add_comment() and take_unit() read `text` and `unit` again, without comment signs.
+[[nodiscard]] std::string comment_lines(std::string_view text, std::string_view unit);
 
 /// What people wrote in a `.msg`, `.srv` or `.action` file, line by line:
 ///  - on the lines directly above a field or constant, and behind it,

@@ -41,9 +41,6 @@ std::optional<Primitive> primitive_named(std::string_view name) {
   return found == primitive_names.end() ? std::nullopt : std::optional{found->second};
 }
 
-/// A longer comment is none of ours.
-constexpr std::size_t max_mark_bytes = 1024;
-
 bool is_blank(char c) {
   return c == ' ' || c == '\t';
 }
@@ -357,6 +354,10 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_parts(std::string_
     comments.add_line(line, parts[part]);
   }
   comments.end_part(parts[part]);
+  for (MessageDefinition& one : parts) {
+    std::ranges::for_each(one.fields, take_unit, &Field::comment);
+    std::ranges::for_each(one.constants, take_unit, &Constant::comment);
+  }
   if (part + 1 != parts.size()) {
     return tl::unexpected{
         TypeError{file, 0, 0,

@@ -74,7 +74,7 @@ TEST(Lower, MakesMessagesOfEventsAndKeepsWhatTheyWere) {
   ASSERT_EQ(lowered.members.size(), 1U);
   EXPECT_EQ(lowered.members[0].type, "test/msg/DoorChanged");
   EXPECT_EQ(text_of(lowered, "test/msg/DoorChanged"),
-            "\n# of the road\n# ahead\n# unit: km/h\nuint16 speed_limit\nstring class_value\n");
+            "\n# of the road\n# ahead\n# [km/h]\nuint16 speed_limit\nstring class_value\n");
   EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged"), "org.test.Door.changed");
   EXPECT_EQ(lowered.sources.at("test/msg/DoorChanged.speed_limit"), "speedLimit");
   EXPECT_EQ(lowered.ros_names("org.test.Door.changed"), std::vector<std::string>{"test/msg/DoorChanged"});
@@ -478,7 +478,7 @@ TEST(Raise, MakesAgainWhatMarksSay) {
     const auto& members = type_of(type).members;
     const auto found = std::ranges::find(members, name, &Value::name);
     EXPECT_NE(found, members.end()) << name;
-    return again.at(found->type);
+    return resolved(again, found->type);
   };
   EXPECT_EQ(type_of("Gear").kind, Kind::enumeration);
   ASSERT_EQ(type_of("Gear").enumerators.size(), 2U);
@@ -489,6 +489,7 @@ TEST(Raise, MakesAgainWhatMarksSay) {
   EXPECT_EQ(member("All", "gear").name, "Gear");
   EXPECT_EQ(again.at(member("All", "gears").element.type).name, "Gear");
   EXPECT_EQ(member("All", "box").name, "GearBox");
+  EXPECT_EQ(type_of("Image").kind, Kind::alias);
   EXPECT_EQ(member("All", "image").kind, Kind::bytes);
   EXPECT_EQ(member("All", "image").max_size, 9U);
   EXPECT_EQ(member("All", "seats").kind, Kind::map);

@@ -114,7 +114,7 @@ TEST(ReadRosFiles, TakesCommentsOfFieldsForTheirDescriptions) {
   EXPECT_EQ(found["Door.angle"], "How far it is open.\nOver\xc3\xa4ll.\n0 is shut|deg");
   EXPECT_EQ(found["Door.name"], "|");
   EXPECT_EQ(found["Door.state"], "|");
-  EXPECT_EQ(found["Door.locked"], "|none");
+  EXPECT_EQ(found["Door.locked"], "|");
   EXPECT_EQ(found["Door.window"], "of glass|");
   EXPECT_EQ(found["Window.height"], "of the pane|");
   EXPECT_EQ(found["Lock_Request.all"], "Of all\ndoors|");

@@ -87,11 +87,120 @@ void add_field_services(std::map<std::string, Package>& packages, const Field& f
   add(field.setter.has_value(), messages::FieldAccess::set);
 }
 
+/// What is not on the wire and has no place in these files: there are no services, typedefs, maps and
+/// enumerations, and no annotations and limits.
+class LostNotes {
+ public:
+  LostNotes(const Model& model, const Lowered& lowered, std::vector<NotCarried>& lost)
+      : model_{model}, lowered_{lowered}, lost_{lost} {}
+
+  void run() {
+    for (const Type& type : model_.types) {
+      const bool is_message = type.kind == Kind::structure || type.kind == Kind::choice;
+      const std::string name = full_name(type.scope, type.name);
+      add(name, type.notes, is_message || type.name.empty(), type.place);
+      if (!type.name.empty()) {
+        limits(name, type, type.place);
+      }
+      values(name, type.members);
+      for (const Enumerator& one : type.enumerators) {
+        add(name + "." + one.name, one.notes, true, one.place);
+      }
+    }
+    for (const Constant& constant : model_.constants) {
+      add(full_name(constant.scope, constant.name), constant.notes, true, constant.place);
+    }
+    for (std::size_t at = 0; at < model_.services.size(); ++at) {
+      service(model_.services[at], at);
+    }
+  }
+
+ private:
+  using Kinds = LoweredMember::Kind;
+
+  void service(const Service& service, std::size_t index) {
+    const std::string name = full_name(service.scope, service.name);
+    add(name, service.notes, false, service.place);
+    for (std::size_t at = 0; at < service.events.size(); ++at) {
+      const Event& one = service.events[at];
+      member(name + "." + one.name, one, one.payload, {Kinds::event, index, at});
+    }
+    for (std::size_t at = 0; at < service.fields.size(); ++at) {
+      const Field& one = service.fields[at];
+      member(name + "." + one.name, one, one.payload, {Kinds::field, index, at});
+    }
+    for (const Method& one : service.methods) {
+      add(name + "." + one.name, one.notes, true, one.place);
+      values(name + "." + one.name, one.request.values);
+      values(name + "." + one.name, one.response.values);
+    }
+  }
+
+  struct Which {
+    Kinds kind;
+    std::size_t service;
+    std::size_t index;
+  };
+  /// An event or field, which is a message of its own, or that of a structure.
+  template <typename Member>
+  void member(const std::string& name, const Member& one, const Payload& payload, const Which& which) {
+    const LoweredMember* const lowered = lowered_.member(which.kind, which.service, which.index);
+    const bool is_own = lowered == nullptr ||
+                        lowered_.sources.find(lowered->type) == lowered_.sources.end() ||
+                        lowered_.sources.find(lowered->type)->second == name;
+    add(name, one.notes, is_own, one.place);
+    for (const Value& value : payload.values) {
+      add(name + "." + value.name, value.notes, is_own, value.place);
+      limits_of_use(name + "." + value.name, value);
+    }
+  }
+
+  void values(const std::string& of, const std::vector<Value>& all) {
+    for (const Value& value : all) {
+      add(of + "." + value.name, value.notes, true, value.place);
+      limits_of_use(of + "." + value.name, value);
+    }
+  }
+
+  /// Of a type without a name.
+  void limits_of_use(const std::string& element, const Value& value) {
+    const Type& type = resolved(model_, value.type);
+    if (type.name.empty()) {
+      limits(element, type, value.place);
+    }
+  }
+
+  void limits(const std::string& element, const Type& type, Place place) {
+    if (type.minimum || type.maximum) {
+      lost_.push_back({element, "its least and greatest value", place});
+    }
+    if (type.invalid_value) {
+      lost_.push_back({element, fmt::format("its invalid value: {}", *type.invalid_value), place});
+    }
+  }
+
+  void add(const std::string& element, const Notes& notes, bool is_carried, Place place) {
+    if (!is_carried && !notes.description.empty()) {
+      lost_.push_back({element, "its description", place});
+    }
+    for (const auto& [name, value] : notes.others) {
+      if (name.starts_with('@')) {
+        lost_.push_back({element, fmt::format("its annotation: {}", name), place});
+      }
+    }
+  }
+
+  const Model& model_;
+  const Lowered& lowered_;
+  std::vector<NotCarried>& lost_;
+};
+
 }  // namespace
 
 Written write_msg(const Model& model, const Lowered& lowered) {
   Written written{.files = {}, .not_carried = lowered.not_carried};
   written.not_carried.insert(written.not_carried.end(), lowered.renamed.begin(), lowered.renamed.end());
+  LostNotes{model, lowered, written.not_carried}.run();
   std::set<std::string, std::less<>> from_ros;
   for (const Type& type : model.types) {
     if (!type.ros_name.empty()) {
