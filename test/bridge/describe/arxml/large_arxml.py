@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Writes an ARXML file of a size: service interfaces with structures, deployments and instances, each of its own.
+"""Writes an ARXML file of a size: service interfaces with structures, deployments and instances, each of its own. With
+--classic, a system description of one network, with an event, a server and a client for each service.
 
-Usage: large_arxml.py MEGABYTES FILE. docs/describe_arxml.md has what reading it takes.
+Usage: large_arxml.py MEGABYTES FILE [--classic]. docs/describe_arxml.md has what reading it takes.
 """
 import sys
 
@@ -60,8 +61,72 @@ def package(number):
                    "<SERVICE-INSTANCE-ID>1</SERVICE-INSTANCE-ID></PROVIDED-SOMEIP-SERVICE-INSTANCE>\n</ELEMENTS></AR-PACKAGE>\n")
 
 
+CHANNEL = "/Com/Cluster/Channel"
+#: What a Classic system description has for each service, in the places of CLASSIC below.
+PARTS = {
+    "pdus": "<I-SIGNAL-I-PDU><SHORT-NAME>Pdu{n}</SHORT-NAME><LENGTH>120</LENGTH></I-SIGNAL-I-PDU>\n",
+    "triggerings": "<PDU-TRIGGERING><SHORT-NAME>Triggering{n}</SHORT-NAME>"
+                   "<I-PDU-REF DEST=\"I-SIGNAL-I-PDU\">/Com/Pdu{n}</I-PDU-REF></PDU-TRIGGERING>\n",
+    "endpoints": "<NETWORK-ENDPOINT><SHORT-NAME>Host{n}</SHORT-NAME><NETWORK-ENDPOINT-ADDRESSES><IPV-4-CONFIGURATION>"
+                 "<IPV-4-ADDRESS>10.{a}.{b}.{c}</IPV-4-ADDRESS><IPV-4-ADDRESS-SOURCE>FIXED</IPV-4-ADDRESS-SOURCE>"
+                 "</IPV-4-CONFIGURATION></NETWORK-ENDPOINT-ADDRESSES></NETWORK-ENDPOINT>\n",
+    "bundles": "<SOCKET-CONNECTION-BUNDLE><SHORT-NAME>Bundle{n}</SHORT-NAME><BUNDLED-CONNECTIONS><SOCKET-CONNECTION>\n"
+               "<CLIENT-PORT-REF DEST=\"SOCKET-ADDRESS\">{channel}/Client{n}</CLIENT-PORT-REF><PDUS>"
+               "<SOCKET-CONNECTION-IPDU-IDENTIFIER><HEADER-ID>{header}</HEADER-ID>"
+               "<PDU-TRIGGERING-REF DEST=\"PDU-TRIGGERING\">{channel}/Triggering{n}</PDU-TRIGGERING-REF>"
+               "</SOCKET-CONNECTION-IPDU-IDENTIFIER></PDUS></SOCKET-CONNECTION></BUNDLED-CONNECTIONS>\n"
+               "<SERVER-PORT-REF DEST=\"SOCKET-ADDRESS\">{channel}/Server{n}</SERVER-PORT-REF></SOCKET-CONNECTION-BUNDLE>\n",
+    "sockets": "<SOCKET-ADDRESS><SHORT-NAME>Server{n}</SHORT-NAME><APPLICATION-ENDPOINT><SHORT-NAME>Ends</SHORT-NAME>\n"
+               "<NETWORK-ENDPOINT-REF DEST=\"NETWORK-ENDPOINT\">{channel}/Host{n}</NETWORK-ENDPOINT-REF>"
+               "<PROVIDED-SERVICE-INSTANCES><PROVIDED-SERVICE-INSTANCE><SHORT-NAME>Service{n}</SHORT-NAME>\n"
+               "<EVENT-HANDLERS><EVENT-HANDLER><SHORT-NAME>Group</SHORT-NAME><CONSUMED-EVENT-GROUP-REFS>"
+               "<CONSUMED-EVENT-GROUP-REF DEST=\"CONSUMED-EVENT-GROUP\">{channel}/Client{n}/Ends/Use/Group"
+               "</CONSUMED-EVENT-GROUP-REF></CONSUMED-EVENT-GROUP-REFS></EVENT-HANDLER></EVENT-HANDLERS>\n"
+               "<INSTANCE-IDENTIFIER>1</INSTANCE-IDENTIFIER><SERVICE-IDENTIFIER>{service}</SERVICE-IDENTIFIER>"
+               "</PROVIDED-SERVICE-INSTANCE></PROVIDED-SERVICE-INSTANCES>\n<TP-CONFIGURATION><UDP-TP><UDP-TP-PORT>"
+               "<PORT-NUMBER>30501</PORT-NUMBER></UDP-TP-PORT></UDP-TP></TP-CONFIGURATION></APPLICATION-ENDPOINT></SOCKET-ADDRESS>\n"
+               "<SOCKET-ADDRESS><SHORT-NAME>Client{n}</SHORT-NAME><APPLICATION-ENDPOINT><SHORT-NAME>Ends</SHORT-NAME>\n"
+               "<CONSUMED-SERVICE-INSTANCES><CONSUMED-SERVICE-INSTANCE><SHORT-NAME>Use</SHORT-NAME><CONSUMED-EVENT-GROUPS>"
+               "<CONSUMED-EVENT-GROUP><SHORT-NAME>Group</SHORT-NAME><EVENT-GROUP-IDENTIFIER>1</EVENT-GROUP-IDENTIFIER>"
+               "</CONSUMED-EVENT-GROUP></CONSUMED-EVENT-GROUPS>\n<PROVIDED-SERVICE-INSTANCE-REF "
+               "DEST=\"PROVIDED-SERVICE-INSTANCE\">{channel}/Server{n}/Ends/Service{n}</PROVIDED-SERVICE-INSTANCE-REF>"
+               "</CONSUMED-SERVICE-INSTANCE></CONSUMED-SERVICE-INSTANCES>\n"
+               "<NETWORK-ENDPOINT-REF DEST=\"NETWORK-ENDPOINT\">{channel}/Host{n}</NETWORK-ENDPOINT-REF>"
+               "<TP-CONFIGURATION><UDP-TP><UDP-TP-PORT><PORT-NUMBER>40001</PORT-NUMBER></UDP-TP-PORT></UDP-TP>"
+               "</TP-CONFIGURATION></APPLICATION-ENDPOINT></SOCKET-ADDRESS>\n",
+}
+CLASSIC = ["<AR-PACKAGE><SHORT-NAME>Com</SHORT-NAME><ELEMENTS>\n", "pdus",
+           "<ETHERNET-CLUSTER><SHORT-NAME>Cluster</SHORT-NAME><ETHERNET-CLUSTER-VARIANTS><ETHERNET-CLUSTER-CONDITIONAL>"
+           "<PHYSICAL-CHANNELS><ETHERNET-PHYSICAL-CHANNEL><SHORT-NAME>Channel</SHORT-NAME>\n<PDU-TRIGGERINGS>", "triggerings",
+           "</PDU-TRIGGERINGS><NETWORK-ENDPOINTS>\n", "endpoints", "</NETWORK-ENDPOINTS><SO-AD-CONFIG><CONNECTION-BUNDLES>\n",
+           "bundles", "</CONNECTION-BUNDLES><SOCKET-ADDRESSS>\n", "sockets",
+           "</SOCKET-ADDRESSS></SO-AD-CONFIG></ETHERNET-PHYSICAL-CHANNEL></PHYSICAL-CHANNELS></ETHERNET-CLUSTER-CONDITIONAL>"
+           "</ETHERNET-CLUSTER-VARIANTS></ETHERNET-CLUSTER>\n</ELEMENTS></AR-PACKAGE>\n"]
+
+
+def part(name, number):
+    service = 1 + number % 0xfff0
+    return PARTS[name].format(n=number, channel=CHANNEL, service=service, header=service << 16 | 0x8001,
+                              a=number >> 16 & 0xff, b=number >> 8 & 0xff, c=number & 0xff)
+
+
+def write_classic(size, out):
+    services = max(1, int(size / sum(len(part(name, 10000)) for name in PARTS)))
+    for piece in CLASSIC:
+        if piece in PARTS:
+            out.writelines(part(piece, number) for number in range(services))
+        else:
+            out.write(piece)
+
+
 def main():
     size, path = float(sys.argv[1]) * 1e6, sys.argv[2]
+    if "--classic" in sys.argv:
+        with open(path, "w", encoding="utf-8") as out:
+            out.write(HEAD)
+            write_classic(size, out)
+            out.write("</AR-PACKAGES></AUTOSAR>\n")
+        return
     with open(path, "w", encoding="utf-8") as out:
         written = out.write(HEAD)
         number = 0
