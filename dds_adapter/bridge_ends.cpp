@@ -67,7 +67,7 @@ std::vector<BridgeEnd> FoundBridgeEnds::of_topic(std::string_view topic) const {
   std::vector<BridgeEnd> result;
   const std::lock_guard lock{mutex_};
   for (const auto& [guid, end] : ends_) {
-    if (end.topic == topic) {
+    if (topic.empty() || end.topic == topic) {
       result.push_back({end.text, end.writer, to_guid(guid)});
     }
   }

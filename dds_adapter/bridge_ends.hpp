@@ -31,6 +31,7 @@ class FoundBridgeEnds {
   [[nodiscard]] bool contains(const fast::Guid& guid) const;
   /// The text of an end; nothing: it is none.
   [[nodiscard]] std::optional<std::string> text_of(const fast::Guid& guid) const;
+  /// @param topic  empty: any.
   [[nodiscard]] std::vector<BridgeEnd> of_topic(std::string_view topic) const;
   [[nodiscard]] std::uint64_t changes() const noexcept { return changes_; }
 

@@ -424,7 +424,7 @@ class Participant {
   /// Those that match a reader or writer of ours of this topic, are no ends of bridges, and are remembered.
   /// @param writers  they write, ours reads; else the other way round.
   [[nodiscard]] std::vector<Counterpart> counterparts(std::string_view topic, bool writers) const;
-  /// The ends of other bridges on this topic. At most 4096 are remembered, of all topics.
+  /// The ends of other bridges on this topic; empty: on all. At most 4096 are remembered, of all topics.
   [[nodiscard]] std::vector<BridgeEnd> bridge_ends(std::string_view topic) const;
   /// Changes when ends of other bridges have come or gone. Cheap: takes no lock.
   [[nodiscard]] std::uint64_t bridge_changes() const noexcept;

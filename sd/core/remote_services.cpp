@@ -7,7 +7,7 @@ using slots::Subscription;
 
 bool ServiceDiscovery::fits(const slots::Requirement& requirement,
                             const slots::Remote& remote) const noexcept {
-  return requirement.service == remote.service &&
+  return requirement.service == remote.service && !remote.is_withheld() &&
          (requirement.instance == someip::any_instance || requirement.instance == remote.instance) &&
          (requirement.major == any_major || requirement.major == remote.major) &&
          (requirement.minor == any_minor || requirement.minor == remote.minor) &&
@@ -301,6 +301,9 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     if (remote == nullptr) {
       return;
     }
+    for (bool& withheld : remote->withheld) {
+      withheld = tells_our_network(arrival.message);
+    }
   }
   remote->goes_on = remote->goes_on || remote->is_asked || remote->unanswered != 0;
   remote->options = offered.options;
@@ -319,6 +322,45 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     announce(*remote);
   }
   renew_subscriptions(*remote, is_new, arrival);
+}
+
+// --- Gateways to the same network -------------------------------------------------------------------------
+
+bool ServiceDiscovery::tells_our_network(const SdMessage& message) const noexcept {
+  for (const std::optional<Endpoint>& network : gateway_to_) {
+    OptionCursor options = message.options();
+    while (const auto option = network ? options.next() : std::nullopt) {
+      const auto told = EndpointOption::decode(*option);
+      if (told && told->role == EndpointRole::multicast && told->endpoint == *network) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void ServiceDiscovery::admit(RemoteHandle service, TimePoint now) noexcept {
+  if (!optimised_for_many) {
+    return;  // nothing ever is
+  }
+  slots::Remote* const remote = remotes_.find(service);
+  if (remote == nullptr || !remote->is_withheld()) {
+    return;
+  }
+  remote->withheld = {};
+  remote->is_wanted = requirements_of(*remote) > 0;
+  ++remote_changes_;
+  if (!remote->is_wanted) {
+    return;
+  }
+  remote->announced = 0;
+  if (!is_some_untold_) {
+    tell_new(*remote);
+  }
+  // As if it were offered only now.
+  const SdMessage message{};
+  renew_subscriptions(*remote, true,
+                      {message, peers_[remote->peer].endpoint.address, remote->peer, false, now, now});
 }
 
 void ServiceDiscovery::remove(slots::Remote& remote) noexcept {

@@ -358,6 +358,24 @@ struct OptionList {
 
 }  // namespace
 
+// Behind all others: there are clients that take the first option for that of their service.
+void ServiceDiscovery::tell_network(SdWriter& writer) const noexcept {
+  for (const std::optional<Endpoint>& network : gateway_to_) {
+    if (network) {  // has no room beside a single huge entry
+      static_cast<void>(
+          writer.add_unreferenced(EndpointOption{EndpointRole::multicast, *network}.encode().view()));
+    }
+  }
+}
+
+// Whether that has room behind an entry with so many bytes of options.
+bool ServiceDiscovery::leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept {
+  constexpr std::size_t most = 24;  // of an IPv6 endpoint
+  return std::ranges::none_of(gateway_to_, [&](const std::optional<Endpoint>& network) {
+    return network && !writer.fits(1, option_bytes + most);
+  });
+}
+
 std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint now) noexcept {
   constexpr std::uint16_t nobody = 0xfffe;
   if (room.size() < SdWriter::min_room_bytes || (optimised_for_many && !is_due(transmit_due_, now))) {
@@ -370,6 +388,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
       return std::nullopt;
     }
   }
+  bool offers = false;
   transmit_due_ = never;
   const auto keep = [this](const slots::PendingEntry& pending) {
     note_due(pending.due);
@@ -385,9 +404,12 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     const OptionList options{pending, configurations_[pending.configuration]};
     const bool pair_fits =
         !pending.with_next || writer.entry_count() == 0 || writer.fits(2, 2 * options.bytes);
-    const bool written = pair_fits && writer.add(pending.entry, options.view());
+    const bool last_fits =
+        !optimised_for_many || writer.entry_count() == 0 || leaves_room(writer, options.bytes);
+    const bool written = pair_fits && last_fits && writer.add(pending.entry, options.view());
     if (written) {
       destination = pending.peer;
+      offers = offers || (optimised_for_many && pending.entry.kind() == EntryKind::offer_service);
     } else if (writer.entry_count() == 0) {
       count(counters_.unsendable_entries);  // waiting would not help it
     } else {
@@ -401,6 +423,9 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
   });
   if (writer.entry_count() == 0) {
     return std::nullopt;
+  }
+  if (optimised_for_many && offers) {
+    tell_network(writer);
   }
   const bool multicast = destination == slots::PendingEntry::to_multicast;
   someip::SessionCounter& sessions = multicast ? multicast_sessions_ : peers_[destination].sessions;

@@ -21,6 +21,8 @@
 
 namespace trestle::sd {
 
+class SdWriter;
+
 /// Why a call of the application was refused; nothing has changed then.
 enum class SdError : std::uint8_t {
   table_full,      ///< the limit for this is reached
@@ -236,6 +238,16 @@ class ServiceDiscovery {
   /// Withdraws an offer and its subscribers. The handle ends. Without effect for an unknown handle.
   /// [feat_req_someipsd_820] [feat_req_someipsd_830]
   void stop_offer(OfferHandle offer, TimePoint now) noexcept;
+
+  /// This host is a gateway: what it offers comes from another network, which is known by this multicast
+  /// endpoint. From now on our messages with offers tell that, by a multicast option that no entry
+  /// references: who does not know it passes over it. A service that appears in such a message of another
+  /// host, which is a gateway to the same network, is withheld: it is as if it were not offered, until
+  /// admit(). So nothing that comes from that network goes back there before it is known there whether the
+  /// two hosts have the same. Without effect in a build for size.
+  void be_gateway_to(const Endpoint& network) noexcept { std::ranges::fill(gateway_to_, network); }
+  /// Takes a service that is withheld, Remote::is_withheld(), as if it were offered only now.
+  void admit(RemoteHandle service, TimePoint now) noexcept;
 
   /// Calls `visit(const Subscriber&)` for each subscriber of an eventgroup.  [feat_req_someipsd_432]
   template <typename Visit>
@@ -568,6 +580,9 @@ class ServiceDiscovery {
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   void seek(TimePoint now) noexcept;
+  void tell_network(SdWriter& writer) const noexcept;
+  [[nodiscard]] bool leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept;
+  [[nodiscard]] bool tells_our_network(const SdMessage& message) const noexcept;
 
   // rivals.cpp
   void not_answered(slots::Remote& remote) noexcept;
@@ -647,6 +662,7 @@ class ServiceDiscovery {
   OptionRules rules_;
   Random random_;
   SdCounters counters_{};
+  [[no_unique_address]] slots::OneOrNone<std::optional<Endpoint>> gateway_to_{};
 };
 
 }  // namespace trestle::sd

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <type_traits>
 
@@ -54,6 +55,16 @@ struct Eventgroup {
 
 /// The slots of ServiceDiscovery's tables; only their sizes matter to others.
 namespace slots {
+
+/// An empty array, which takes no room in another object.
+template <typename Kept>
+struct NoneKept {
+  [[nodiscard]] static constexpr Kept* begin() noexcept { return nullptr; }
+  [[nodiscard]] static constexpr Kept* end() noexcept { return nullptr; }
+};
+/// Where there is little of everything, none.
+template <typename Kept>
+using OneOrNone = std::conditional_t<optimised_for_many, std::array<Kept, 1>, NoneKept<Kept>>;
 
 /// A service of ours.
 struct Offer : SlotBase {
@@ -134,6 +145,12 @@ struct Remote : SlotBase {
   TimePoint answer_due{};       // when to react to the last offer
   std::uint16_t proof_due = 0;  // in ticks: until when the last question may be answered
   std::uint32_t since = 0;      // it was offered; in the unit of Requirement::held
+  // Whether it is kept back, see ServiceDiscovery::be_gateway_to(): it fits no requirement then.
+  [[no_unique_address]] OneOrNone<bool> withheld{};
+
+  [[nodiscard]] bool is_withheld() const noexcept {
+    return std::ranges::find(withheld, true) != withheld.end();
+  }
 
   // Once it is lost, and has no subscriptions: of that, the requirements before this index.
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
@@ -197,12 +214,6 @@ struct Probe {
   std::uint16_t due = 0;
 };
 
-/// An empty array, which takes no room in another object.
-struct NoneKept {
-  [[nodiscard]] static constexpr Probe* begin() noexcept { return nullptr; }
-  [[nodiscard]] static constexpr Probe* end() noexcept { return nullptr; }
-};
-
 /// A node that has sent SD messages, or that we send some.
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
@@ -223,7 +234,8 @@ struct Peer : SlotBase {
   bool is_used = false;    // scratch of the search for one to forget
   std::uint16_t held = 0;  // scratch of the search for who holds most
   // The last one. Where there are few places, nobody is asked.
-  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<Probe, 1>, NoneKept>
+  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<Probe, 1>,
+                                           NoneKept<Probe>>
       probe{};
   TimePoint last_seen{};
   RateLimit entries;

@@ -107,6 +107,10 @@ void check(const NodeConfig& config) {
   if (const std::string mistake = mistake_in(config.answers); !mistake.empty()) {
     throw std::invalid_argument{mistake};
   }
+  if (config.gateway_to && (!config.gateway_to->address.is_multicast() || config.gateway_to->port == 0)) {
+    refuse("gateway_to", someip::to_string(*config.gateway_to) + " is not a multicast endpoint");
+  }
+  in_order("max_withheld", "", config.max_withheld, Duration::max());
   check(config.pacing, "pacing");
   in_order("collect_for", "", config.collect_for, Duration::max());
   in_order("tcp_idle_timeout", "", config.tcp_idle_timeout, Duration::max());

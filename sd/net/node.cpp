@@ -20,6 +20,7 @@
 #include "sd/net/provider.hpp"
 #include "sd/net/rare_line.hpp"
 #include "sd/net/shielded.hpp"
+#include "sd/net/withheld_services.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
 #include "someip/net/neighbours.hpp"
@@ -124,7 +125,12 @@ struct Node::State : std::enable_shared_from_this<State> {
                 discovery.on_time(now());
                 drain();
               }},
-        look_timer{io, [this] { look_at_others(); }} {
+        look_timer{io, [this] { look_at_others(); }},
+        withheld{config.max_withheld, config.is_way_back_known},
+        withheld_timer{io, [this] { look_at_withheld(); }} {
+    if (config.gateway_to) {
+      discovery.be_gateway_to(*config.gateway_to);
+    }
     unicast.receive(feed(false));
     multicast.receive(feed(true));
     // Only a socket that reports errors learns of a full neighbour table. Other errors tell discovery nothing
@@ -307,6 +313,9 @@ struct Node::State : std::enable_shared_from_this<State> {
       }
     }
     look_at_others();
+    if (config.gateway_to && (withheld.waits() || withheld_noted != discovery.remote_changes())) {
+      withheld_timer.arm(next_withheld_look);
+    }
     shielded(io, [this] { say_which_limits_were_reached(); });
     draining = false;
     timer.arm(discovery.deadline());
@@ -327,6 +336,29 @@ struct Node::State : std::enable_shared_from_this<State> {
     noted = discovery.remote_changes();
     shielded(io, [this] { provider.note_rivals(); });
     shielded(io, [this] { consumer.note_other_versions(); });
+  }
+
+  void look_at_withheld() {
+    withheld_noted = discovery.remote_changes();
+    next_withheld_look = now() + std::chrono::milliseconds{20};
+    std::vector<RemoteService> services;
+    discovery.for_each_remote([&](const slots::Remote& remote) {
+      if (remote.is_withheld()) {
+        services.push_back(discovery.service_of(remote));
+      }
+    });
+    for (const RemoteHandle service : withheld.to_admit(services, now())) {
+      discovery.admit(service, now());
+    }
+    const std::uint64_t more = withheld.count() - std::exchange(counters.withheld, withheld.count());
+    if (const std::uint64_t times = withheld_lines.to_tell(more)) {
+      shielded(io, [&] {
+        log(std::to_string(times) + " services are withheld for up to " +
+            std::to_string(config.max_withheld / std::chrono::milliseconds{1}) +
+            " ms: another gateway to the network that ours come from offers them");
+      });
+    }
+    drain();
   }
 
   // Posted: a handler is not called from within the call to which it was passed.
@@ -495,6 +527,10 @@ struct Node::State : std::enable_shared_from_this<State> {
   DeadlineTimer timer;
   DeadlineTimer look_timer;
   TimePoint next_look{};
+  WithheldServices withheld;
+  DeadlineTimer withheld_timer;
+  TimePoint next_withheld_look{};
+  std::uint32_t withheld_noted = 0;  ///< the state of the peers' services at the last look at those
   bool draining = false;
   /// The state of the peers' services last compared with our offers and needs; empty after a new one.
   std::optional<std::uint32_t> noted{};
@@ -511,6 +547,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   RareLine tcp_refused{};
   RareLine large_lost{};
   RareLine queue_full{};
+  RareLine withheld_lines{};
   bool slow_sending_said = false;
   std::uint64_t not_sent_said = 0;
 };

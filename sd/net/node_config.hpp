@@ -1,9 +1,11 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "sd/core/events.hpp"
 #include "sd/core/settings.hpp"
 #include "sd/core/storage.hpp"
 #include "someip/core/request_check.hpp"
@@ -91,6 +93,15 @@ struct NodeConfig {
   /// two seconds, and other Subscribes bring none. Five times as often when it takes one datagram of 1400
   /// bytes, and more often the smaller it is.
   std::uint16_t max_repeated_values = 8;
+  /// Of a gateway: the network that its services come from, by a multicast endpoint that stands for it. The
+  /// messages with its offers tell that, and services of other gateways to the same network are withheld: as
+  /// if they were not offered, until it is known there whether they are a way back. Else what comes from that
+  /// network could be carried back, before its own discovery has told of the other gateway.
+  std::optional<Endpoint> gateway_to{};
+  /// Whether that is known of such a service; asked again and again while it is withheld. Empty: of none.
+  std::function<bool(const RemoteService&)> is_way_back_known{};
+  /// The longest time for it; then it is taken as any other.
+  Duration max_withheld = std::chrono::seconds{5};
   someip::AnswerRules answers{};  ///< to requests that are in error, where a service has none of its own
   someip::TpPacing pacing{};      ///< of large requests and responses over UDP
   /// How long a small message may wait for others from its UDP port to its receiver, to share a datagram
@@ -141,6 +152,7 @@ struct NodeCounters {
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
   std::uint64_t offered_twice = 0;  ///< instances of ours that somebody else began to offer, too
+  std::uint64_t withheld = 0;       ///< services that had to wait for NodeConfig::is_way_back_known
   /// Events that were dropped for subscribers that take them too slowly, EventWait.
   std::uint64_t overtaken = 0;
   // SD datagrams.
@@ -181,6 +193,7 @@ struct NodeCounters {
   constexpr void for_each_discovery_counter(Visit visit) const {
     using enum someip::CounterKind;
     visit("offered_twice", offered_twice, loss);
+    visit("withheld", withheld, traffic);
     visit("not_sent", discovery_not_sent, loss);
     visit("waited_to_be_sent", discovery_waited, traffic);
     visit("not_sent_no_room", discovery_no_room, loss);

@@ -64,6 +64,8 @@ class FakePeer {
   }
   std::vector<std::byte> unicast(const std::vector<Said>& entries) { return message(entries, unicast_++); }
   void reboot() { multicast_ = unicast_ = 1; }
+  /// From now on it tells of this multicast endpoint, without a reference.
+  void be_gateway_to(const Endpoint& network) { gateway_to_ = network; }
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
 
  private:
@@ -71,6 +73,10 @@ class FakePeer {
                                                std::uint16_t session) const {
     std::array<std::byte, 1400> room{};
     sd::SdWriter writer{room};
+    if (gateway_to_) {
+      EXPECT_TRUE(writer.add_unreferenced(
+          sd::EndpointOption{sd::EndpointRole::multicast, *gateway_to_}.encode().view()));
+    }
     for (const Said& said : entries) {
       std::vector<sd::OwnedOption> owned;
       owned.reserve(said.options.size());
@@ -94,6 +100,7 @@ class FakePeer {
 
   Endpoint endpoint_;
   std::uint8_t flags_;
+  std::optional<Endpoint> gateway_to_{};
   std::uint16_t multicast_ = 1;
   std::uint16_t unicast_ = 1;
 };

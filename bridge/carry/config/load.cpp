@@ -71,6 +71,7 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
     sd.read("ttl", time_to_live(), into.ttl_s);
     sd.read("check_subnet", documents::truth(), into.check_subnet);  // [feat_req_someipsd_1149]
     sd.read("own_endpoints_only", documents::truth(), into.own_endpoints_only);
+    sd.read("tell_dds_domain", documents::truth(), into.tell_dds_domain);
     std::vector<documents::Mark> marks;
     sd.read_list("foreign_endpoints", foreign_endpoints(), into.foreign_endpoints, marks);
     for (std::size_t i = 0; i < into.foreign_endpoints.size(); ++i) {

@@ -22,6 +22,7 @@
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
+#include "bridge/carry/runtime/ways_back.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
@@ -89,7 +90,8 @@ struct Bridge::State {
                 .values = &values,
                 .watch = watch.get(),
                 .publishers = &publishers},
-        routes{make_routes(context, config, types), config} {}
+        routes{make_routes(context, config, types), config},
+        ways_back{config} {}
 
   void join_someip(const BridgeConfig& config) {
     node = start_at(config, config.someip.mark, [&] {
@@ -99,8 +101,12 @@ struct Bridge::State {
           context.report.discovery(line);
         };
       };
-      return std::make_unique<sd::Node>(context.io, node_config(config, descriptor_limit()),
-                                        log_at(spdlog::level::info), log_at(spdlog::level::warn));
+      sd::NodeConfig settings = node_config(config, descriptor_limit());
+      settings.is_way_back_known = [this](const sd::RemoteService& service) {
+        return context.dds != nullptr && ways_back.are_known(*context.dds, service);
+      };
+      return std::make_unique<sd::Node>(context.io, settings, log_at(spdlog::level::info),
+                                        log_at(spdlog::level::warn));
     });
     someip = someip_side_of(*node);
     context.someip = someip.get();
@@ -253,6 +259,7 @@ struct Bridge::State {
   std::optional<boost::asio::thread_pool> disk;  ///< of the lock file
   std::optional<DiscoveredRoutes> discovered;    ///< if there are patterns
   Routes routes;                                 ///< of the configuration and of the patterns
+  WaysBack ways_back;
   std::optional<SilenceWatch> silence;
   Surroundings around;                       ///< of the last look of it
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell

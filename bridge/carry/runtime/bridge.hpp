@@ -15,6 +15,7 @@
 //   loop_guard.hpp          keeps messages from going round in a ring of bridges
 //   loop_check.hpp, suspected_loop.hpp   find such rings
 //   bridge_mark.hpp         what ends of bridges say of themselves to other bridges
+//   ways_back.hpp           when services of other bridges may be used
 //
 // One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once

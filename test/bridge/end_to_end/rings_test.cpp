@@ -143,6 +143,20 @@ TEST_F(Rings, AskARosServiceOnce) {
   EXPECT_EQ(asked, 2);
 }
 
+// No test can say that this time suffices for DDS, but that the bridge waits.
+TEST_F(Rings, WaitForABridgeOfTheirDomainThatDdsDoesNotKnow) {
+  RunningBridge& bridge = add("methods:\n" + method("someip", 1));
+  sd::NodeConfig config = node_config();
+  config.gateway_to =
+      Endpoint{IpAddress::v4(239, 255, 0, 1), static_cast<std::uint16_t>(7400 + 250 * domain_.id())};
+  sd::Node gateway{io_, config};
+  const auto began = std::chrono::steady_clock::now();
+  gateway.offer({.service = someip::ServiceId{1}, .instance = someip::InstanceId{1}});
+  ASSERT_TRUE(until([&] { return bridge.counter("ROS service of method /actuate", "ready") == 1; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - began, 5s);
+  EXPECT_EQ(bridge.counter("SOME/IP-SD", "withheld"), 1U);
+}
+
 TEST_F(Rings, KeepNoServiceAliveByThemselves) {
   RunningBridge& there = add("methods:\n" + method("ros", 1));
   RunningBridge& back = add("methods:\n" + method("someip", 1));

@@ -7,6 +7,7 @@ from world import route
 
 STRING = "std_msgs/msg/String"
 COUNT = 10
+START_S = 6  # more than a bridge waits for another one
 LOOP_WORDS = "seems to loop"
 OUT, IN = "dds_to_someip", "someip_to_dds"
 
@@ -27,8 +28,39 @@ def method(service, server, port=None, name="/actuate"):
 
 def _start(world, bridges, kind="routes"):
     """Bridges in the car, each at an address of its own: (what is in its file, its DDS domain)."""
-    for number, (body, domain) in enumerate(bridges):
-        world.bridge("car", f"bridge-{number + 1}", f"{kind}:\n{body}", domain, address=CARS[number])
+    return [world.bridge("car", f"bridge-{number + 1}", f"{kind}:\n{body}", domain, address=CARS[number])
+            for number, (body, domain) in enumerate(bridges)]
+
+
+def _burn():
+    while True:
+        pass
+
+
+def _start_again(world, bodies, kind, started):
+    """Starts each of two bridges again and again, beside a load that makes their discovery slow."""
+    bridges = _start(world, [(body, 80) for body in bodies], kind)
+    world.pass_time(4, "bridges find each other")
+    ends = started()
+    load = [world.lab.fork("car", _burn) for _ in range(4)]
+    for number in range(_starts(world)):
+        again = 1 - number % 2
+        bridges[again].stop()
+        world.lab.programs.remove(bridges[again])
+        bridges[again] = world.bridge("car", f"bridge-{again + 1}", f"{kind}:\n{bodies[again]}", 80, address=CARS[again])
+        world.pass_time(START_S, f"start {number + 1}")
+    for child in load:
+        world.lab.end(child)
+    return ends
+
+
+def _starts(world):
+    return 4 if world.scale.short else 16
+
+
+def _meanwhile(world, rate):
+    """How many messages there are while bridges are started."""
+    return int((_starts(world) * START_S + 1) * rate)
 
 
 def _await(world, arrived):
@@ -204,3 +236,30 @@ def called(world):
     asked = len(flows.read(server.out)[0]["actuate"].asked)
     world.figures.append(at_most("requests at the server more than calls", max(0, asked - 1), 0))
     world.figures.append(at_least("requests at the server", asked, 1))
+
+
+@scenario("loop-starts", 1, "the ring of a String, 50 a second, while its bridges are started again and again beside a load")
+def starts(world):
+    count = _meanwhile(world, 50)
+    reader = world.end("car", "reader", "dds", 80, "chatter=read:/chatter:string")
+    writer = _start_again(world, [out("/chatter", 0x4101, 40101), back("/chatter", 0x4101)], "routes", lambda: world.end(
+        "car", "writer", "dds", 80, f"chatter=publish:/chatter:string:0:50:reliable:{count}:2"))
+    world.wait(lambda: len(flows.read(writer.out)[0]["chatter"].sent) == count, "nobody reads what is published")
+    world.pass_time(2, "what comes back")
+    came = [stamp for stamp, _ in flows.read(reader.out)[0]["chatter"].received]
+    world.figures.append(at_least("Strings that came", len(set(came)), count))
+    _no_more(world, len(came) - len(set(came)))
+
+
+@scenario("loop-starts-calls", 1, "the ring of a service, 50 calls a second, while its bridges are started again and again")
+def starts_calls(world):
+    count = _meanwhile(world, 50)
+    server = world.end("car", "server", "dds", 80, "actuate=answer:/actuate")
+    client = _start_again(world, [method(0x4201, "ros", 40201), method(0x4201, "someip")], "methods",
+                          lambda: world.end("car", "client", "dds", 80, f"calls=ask:/actuate:50:{count}"))
+    world.wait(lambda: len(flows.read(client.out)[0]["calls"].calls) == count, "the calls do not end")
+    world.pass_time(2, "what comes back")
+    asked = len(flows.read(server.out)[0]["actuate"].asked)
+    world.figures.append(at_most("requests at the server more than calls", max(0, asked - count), 0))
+    answered = sum(1 for _, answer in flows.read(client.out)[0]["calls"].calls if answer)
+    world.figures.append(at_least("calls answered", answered, count))

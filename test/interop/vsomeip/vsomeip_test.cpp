@@ -121,6 +121,8 @@ void VsomeipTest::start_node_process() {
 
 sd::NodeConfig VsomeipTest::node_config() const {
   sd::NodeConfig config{.address = Namespaces::own};
+  // As a bridge has it: the option in its offers must trouble nobody.
+  config.gateway_to = Endpoint{IpAddress::v4(239, 255, 0, 1), 7400};
   if (v6) {
     config.address = someip::parse_address(Namespaces::own_v6).value_or(IpAddress{});
     config.multicast = someip::parse_address("ff15::77").value_or(IpAddress{});

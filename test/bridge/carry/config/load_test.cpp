@@ -281,6 +281,12 @@ TEST(Load, ReadsWhoMayNameEndpointsOfOthers) {
               testing::Contains(testing::HasSubstr("192.168.1.2 -> 10.0.0.2")));
 }
 
+TEST(Load, ReadsWhetherOffersTellTheDomain) {
+  EXPECT_TRUE(load_good(good_config).someip.sd.tell_dds_domain);
+  EXPECT_FALSE(load_good(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    tell_dds_domain: false"))
+                   .someip.sd.tell_dds_domain);
+}
+
 TEST(LoadConfig, LetsServicesShareAPort) {
   covers({"feat_req_someip_445"});
   const BridgeConfig config = load_good(R"(

@@ -55,6 +55,7 @@ class FakeDds final : public carry::DdsSide {
   mutable int looks = 0;                ///< at them
   dds::OnMatch on_match;                ///< of our writer
   std::vector<dds::Counterpart> counterparts_found;
+  std::vector<dds::BridgeEnd> ends;  ///< of other bridges
 
   std::unique_ptr<carry::DdsReader> reader(std::string_view /*topic*/, std::string_view /*type*/,
                                            const dds::Qos& qos, dds::OnSample told, std::size_t /*most*/,
@@ -89,8 +90,8 @@ class FakeDds final : public carry::DdsSide {
     ++looks;
     return found;
   }
-  std::vector<dds::BridgeEnd> bridge_ends(std::string_view /*topic*/) const override { return {}; }
-  std::uint64_t bridge_changes() const override { return 0; }
+  std::vector<dds::BridgeEnd> bridge_ends(std::string_view /*topic*/) const override { return ends; }
+  std::uint64_t bridge_changes() const override { return ends.size(); }
   std::vector<dds::Counterpart> counterparts(std::string_view /*topic*/, bool /*writers*/) const override {
     return counterparts_found;
   }

@@ -92,6 +92,16 @@ TEST(NodeConfigOfABridge, HasTheTimesThatAreGiven) {
   EXPECT_EQ(node.max_udp_receive_bytes, std::size_t{64} << 20U);
 }
 
+TEST(NodeConfigOfABridge, NamesItsDdsDomainByTheEndpointOfItsDiscovery) {
+  const auto network = [](const std::string& sd, const std::string& dds) {
+    return node_config(load("someip: {address: 127.0.0.1" + sd + "}\n" + dds + one_route)).gateway_to;
+  };
+  const IpAddress group = IpAddress::v4(239, 255, 0, 1);
+  EXPECT_EQ(network("", ""), (Endpoint{group, 7400}));
+  EXPECT_EQ(network("", "dds: {domain: 232}\n"), (Endpoint{group, 65400}));
+  EXPECT_EQ(network(", sd: {tell_dds_domain: false}", ""), std::nullopt);
+}
+
 // A thousand services of one method each have a thousand ports, and events a direction of their own.
 TEST(NodeConfigOfABridge, HasPlacesForLargeMessagesByTheRoutesOfAPort) {
   const auto places = [](const std::string& text) {
