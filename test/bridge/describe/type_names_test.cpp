@@ -167,6 +167,21 @@ TEST(TypeNames, OfThePlatformAreNotMarked) {
   EXPECT_EQ(msg_files(model).front().text, "uint8 a\n");
 }
 
+TEST(TypesInMsgFiles, ThatNothingUsesAreTold) {
+  const Model model = read_fidl(
+                          "typedef Used is UInt8\narray List of Used\nenumeration Side { LEFT }\n"
+                          "map Map { UInt8 to UInt8 }\ntypedef Again is Used\nstruct S { Used used }\n")
+                          .model;
+  std::vector<std::string> lost;
+  for (const NotCarried& one : write_msg(model, lower(model)).not_carried) {
+    lost.push_back(one.element + ": " + one.what);
+  }
+  EXPECT_THAT(
+      lost,
+      ElementsAre("car.Door.List: a type that nothing uses", "car.Door.Side: a type that nothing uses",
+                  "car.Door.Map: a type that nothing uses", "car.Door.Again: a type that nothing uses"));
+}
+
 TEST(NotesInMsgFiles, ThatHaveNoPlaceAreTold) {
   const Model model =
       read_fidl(

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <set>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "bridge/messages/types/field_service.hpp"
 
@@ -95,6 +98,7 @@ class LostNotes {
       : model_{model}, lowered_{lowered}, lost_{lost} {}
 
   void run() {
+    unused_types();
     for (const Type& type : model_.types) {
       const bool is_message = type.kind == Kind::structure || type.kind == Kind::choice;
       const std::string name = full_name(type.scope, type.name);
@@ -117,6 +121,48 @@ class LostNotes {
 
  private:
   using Kinds = LoweredMember::Kind;
+
+  /// A structure is a file of its own; other types are where something uses them.
+  void unused_types() {
+    std::vector<TypeIndex> open;
+    const auto use = [&](const std::vector<Value>& values) {
+      std::ranges::transform(values, std::back_inserter(open), &Value::type);
+    };
+    for (const Type& type : model_.types) {
+      if (type.kind == Kind::structure || type.kind == Kind::choice) {
+        use(type.members);
+      }
+    }
+    for (const Service& service : model_.services) {
+      std::ranges::for_each(service.events, [&](const Event& one) { use(one.payload.values); });
+      std::ranges::for_each(service.fields, [&](const Field& one) { use(one.payload.values); });
+      for (const Method& one : service.methods) {
+        use(one.request.values);
+        use(one.response.values);
+        open.push_back(one.error);
+      }
+    }
+    std::vector<bool> is_seen(model_.types.size());
+    std::set<std::pair<std::string_view, std::string_view>> used;  // variants have one name
+    while (!open.empty()) {
+      const auto index = static_cast<std::size_t>(open.back());
+      open.pop_back();
+      if (index >= is_seen.size() || is_seen[index]) {
+        continue;
+      }
+      is_seen[index] = true;
+      const Type& type = model_.types[index];
+      used.emplace(type.scope, type.name);
+      open.push_back(type.element.type);
+      open.push_back(type.key.type);
+    }
+    for (const Type& type : model_.types) {
+      if (type.kind != Kind::structure && type.kind != Kind::choice && !type.name.empty() &&
+          !used.contains({type.scope, type.name})) {
+        lost_.push_back({full_name(type.scope, type.name), "a type that nothing uses", type.place});
+      }
+    }
+  }
 
   void service(const Service& service, std::size_t index) {
     const std::string name = full_name(service.scope, service.name);
