@@ -63,6 +63,8 @@ constexpr std::array rules{
                "the receiver takes it for another member, or for an unknown one"},
     ChangeRule{"member-optional", breaking, breaking, "one side cannot do without it"},
     ChangeRule{"type-changed", breaking, breaking, "other bytes, and another type in code"},
+    ChangeRule{"type-form", none, breaking,
+               "the same bytes, and another type in code: a number and an enumeration, bytes and an array"},
     ChangeRule{"type-renamed", none, breaking, "the same bytes under another name"},
     ChangeRule{"layout", breaking, none, "length field, encoding or width differ"},
     ChangeRule{"size-fixed", breaking, breaking, "another number of elements"},
@@ -359,6 +361,9 @@ class Side {
     std::vector<std::string> words;
     const bool is_number = type.kind == Kind::primitive || type.kind == Kind::enumeration;
     const std::string form = is_number ? messages::to_string(type.primitive) : to_string(type.kind);
+    if (type.kind == Kind::enumeration) {
+      words.emplace_back("enumeration");
+    }
     if (form != name && type.kind != Kind::array) {
       words.push_back(form);
     }
@@ -409,6 +414,24 @@ class Side {
   std::size_t asked_ = 0;
   std::vector<ByteRange> ranges_{};
 };
+
+/// byte and char of ROS are one unsigned byte.
+messages::Primitive on_wire(messages::Primitive primitive) {
+  return primitive == messages::Primitive::byte || primitive == messages::Primitive::character
+             ? messages::Primitive::uint8
+             : primitive;
+}
+
+bool is_number(const Type& type) {
+  return type.kind == Kind::primitive || type.kind == Kind::enumeration;
+}
+
+/// A byte buffer, or an array of numbers of one byte.
+bool is_bytes(const Model& model, const Type& type) {
+  return type.kind == Kind::bytes ||
+         (type.kind == Kind::array && resolved(model, type.element.type).kind == Kind::primitive &&
+          on_wire(resolved(model, type.element.type).primitive) == messages::Primitive::uint8);
+}
 
 /// Method::error as a value.
 Value error_of(const Model& model, const Method& method) {
@@ -817,7 +840,7 @@ class Comparison {
     }
     const Type& before = resolved(before_, old.type);
     const Type& after = resolved(after_, now.type);
-    if (before.kind == after.kind) {
+    if (before.kind == after.kind || (is_bytes(before_, before) && is_bytes(after_, after))) {
       const std::string was = rules_of(before.kind, old.wire);
       const std::string is = rules_of(after.kind, now.wire);
       differs("layout", element, was, is, old.place, now.place);
@@ -845,7 +868,16 @@ class Comparison {
     }
     const Type& old = resolved(before_, old_index);
     const Type& now = resolved(after_, new_index);
-    if (old.kind != now.kind || (old.kind == Kind::primitive && old.primitive != now.primitive)) {
+    const bool both_numbers = is_number(old) && is_number(now);
+    if ((both_numbers && old.kind != now.kind && on_wire(old.primitive) == on_wire(now.primitive)) ||
+        (old.kind != now.kind && is_bytes(before_, old) && is_bytes(after_, now))) {
+      add("type-form", element, old_side_.bytes_of(element, old_use), new_side_.bytes_of(element, new_use),
+          old_place, new_place);
+      sizes(element, old, now, old_place, new_place);
+      return;
+    }
+    if (old.kind != now.kind ||
+        (old.kind == Kind::primitive && on_wire(old.primitive) != on_wire(now.primitive))) {
       add("type-changed", element, old_side_.bytes_of(element, old_use), new_side_.bytes_of(element, new_use),
           old_place, new_place);
       return;

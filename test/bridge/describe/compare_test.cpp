@@ -135,6 +135,7 @@ const std::vector<Edit>& edits() {
       {{"member-tag"}, [](Model& m) { m.at(extras).members[0].tag = someip::DataId{4}; }},
       {{"member-optional"}, [](Model& m) { m.at(extras).members[0].optional = true; }},
       {{"type-changed"}, [](Model& m) { m.at(status).members[1].type = text; }},
+      {{"type-form", "type-form"}, [](Model& m) { m.at(mode) = {.kind = Kind::primitive, .name = "Mode"}; }},
       {{"type-renamed"}, [](Model& m) { m.at(status).name = "State"; }},
       {{"layout"},
        [](Model& m) {
@@ -257,8 +258,28 @@ TEST(Compare, TellsTheBytesOfBothSides) {
   EXPECT_EQ(changes[1].before, "uint16 (16 bits, big endian, at byte 1)");
   EXPECT_EQ(changes[1].after, "string (length field 32 bits, UTF-8, BOM, terminator, at byte 1)");
   EXPECT_EQ(changes[2].before, "");
-  EXPECT_EQ(changes[2].after, "Mode (uint8, 8 bits, at byte 5 + status.angle)");
+  EXPECT_EQ(changes[2].after, "Mode (enumeration, uint8, 8 bits, at byte 5 + status.angle)");
   EXPECT_THAT(changes[3].after, StartsWith("uint16 (16 bits, big endian, at byte "));
+}
+
+TEST(Compare, KnowsTypesThatAreTheSameBytes) {
+  Model buffer = door();
+  buffer.at(list) = {.kind = Kind::bytes, .max_size = 8};
+  Model bytes = door();
+  bytes.at(number).primitive = messages::Primitive::uint8;
+  Model chars = door();
+  chars.at(number).primitive = messages::Primitive::character;
+  EXPECT_THAT(compare(bytes, chars), IsEmpty());
+  for (const Model* const other : {&bytes, &chars}) {
+    const std::vector<Change> changes = compare(buffer, *other);
+    ASSERT_THAT(ids(changes), Contains("type-form"));
+    for (const Change& change : changes) {
+      EXPECT_EQ(change.element == "Door.moved.angles", std::string{change.rule->id} == "type-form");
+    }
+  }
+  // With another length field they are other bytes.
+  service(bytes).events.front().payload.values[1].wire.length = someip::FieldWidth::bits16;
+  EXPECT_THAT(ids(compare(buffer, bytes)), Contains("layout"));
 }
 
 TEST(Compare, ComparesAnErrorWithTheValueThatIsOneNoMore) {
