@@ -45,12 +45,27 @@ const Row* find(std::span<const Row> rows, std::string_view id) {
   return found == rows.end() ? nullptr : &*found;
 }
 
+struct Reason {
+  std::string id;
+  std::string why;
+};
+
+std::span<const Reason> why_no_rule() {
+  static const std::vector<Reason> rows =
+      read_table<Reason>(no_rule_csv(), 2, [](std::vector<std::string>& fields) {
+        return Reason{fields[0], fields[1]};
+      });
+  return rows;
+}
+
 }  // namespace
 
 std::span<const RequirementRow> requirements() {
   static const std::vector<RequirementRow> rows =
       read_table<RequirementRow>(requirements_csv(), 5, [](std::vector<std::string>& fields) {
-        return RequirementRow{fields[0], fields[1], fields[2], fields[3], fields[4]};
+        const Reason* why = find(why_no_rule(), fields[0]);
+        return RequirementRow{fields[0], fields[1], fields[2],
+                              fields[3], fields[4], why == nullptr ? "" : why->why};
       });
   return rows;
 }

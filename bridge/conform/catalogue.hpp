@@ -44,6 +44,9 @@ struct RequirementRow {
   std::string kind;
   std::string testable;  ///< "yes", "pcap" (a capture is enough) or "no"
   std::string summary;
+  /// Of one that is testable by "pcap": why no rule of bridge/conform/replay is about it; empty: there is
+  /// one.
+  std::string why_no_rule{};
 };
 [[nodiscard]] std::span<const RequirementRow> requirements();
 /// Null: there is none of this id.
@@ -63,6 +66,7 @@ struct Tc8Row {
 
 /// The tables as they stand in the files.
 [[nodiscard]] std::string_view requirements_csv();
+[[nodiscard]] std::string_view no_rule_csv();
 [[nodiscard]] std::string_view tc8_csv();
 
 }  // namespace trestle::conform

@@ -118,6 +118,16 @@ std::string explanation(const Tc8Row& row) {
   return fmt::format("{}    no case: {}\n", tc8_lines(row), row.why_no_case);
 }
 
+std::string explanation(const RequirementRow& row, const std::vector<Case>& rules) {
+  std::string all = fmt::format("{}: {}\n", row.id, row.summary);
+  for (const Case& rule : rules) {
+    if (chosen(rule, row.id)) {
+      all += fmt::format("    rule of replay: {}, {}\n", rule.id, rule.title);
+    }
+  }
+  return all + (row.why_no_rule.empty() ? "" : fmt::format("    no rule of replay: {}\n", row.why_no_rule));
+}
+
 std::string case_text(const CaseResult& result, const RunInfo& info, const cli::Colours& colours) {
   const Case& one = *result.what;
   std::string all = fmt::format("{}{:>14}{}  {}  {}{}{}", colour_of(result.outcome.verdict, colours),

@@ -29,6 +29,9 @@ struct RunInfo {
 [[nodiscard]] std::string explanation(const Case& one);
 /// The same of a TC8 case that no case of ours is about, with the reason why.
 [[nodiscard]] std::string explanation(const Tc8Row& row);
+/// The same of a requirement that a capture shows.
+/// @param rules  those of `trestle conform replay`.
+[[nodiscard]] std::string explanation(const RequirementRow& row, const std::vector<Case>& rules);
 /// The last lines: how many of each verdict.
 [[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
 

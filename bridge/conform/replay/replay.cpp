@@ -28,6 +28,11 @@ void Replay::begin(std::string name, std::function<void(Transport, const Endpoin
   first_.reset();
   requests_.clear();
   talked_.clear();
+  last_session_.clear();
+  last_cookie_.clear();
+  connections_.clear();
+  offers_.clear();
+  places_.clear();
   segments_.clear();
   sessions_.clear();
   subscriptions_.clear();
@@ -44,6 +49,9 @@ bool Replay::message(const traffic::Place& place, std::size_t /*offset*/, const 
   const At at{place, message};
   check(Rule::header_length, at, true, "", "", "");
   judge_header(at);
+  if (place.transport == Transport::tcp) {
+    judge_cookie(at);
+  }
   if (value(message.header.service) == 0xffff) {
     // Magic cookies are nobody's requests.
     if (value(message.header.method) == 0x8100) {
@@ -51,6 +59,7 @@ bool Replay::message(const traffic::Place& place, std::size_t /*offset*/, const 
     }
   } else {
     remember(at);
+    judge_connection(at);
     if (someip::is_tp(message.header.type)) {
       judge_tp(at);
     } else {

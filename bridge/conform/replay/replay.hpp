@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "bridge/conform/replay/copies.hpp"
 #include "bridge/conform/replay/rules.hpp"
@@ -52,24 +53,42 @@ class Replay : public traffic::MessageSink {
     const someip::Message& message;
   };
 
+  /// Of services and subscriptions, and of pairs of hosts.
+  static constexpr std::size_t most_relations = 50'000;
+
+  /// The options of an entry, sorted.
+  using Options = std::vector<std::vector<std::byte>>;
+
   /// Judges: the rule is kept, or not.
   void check(Rule rule, const At& at, bool kept, const std::string& field, const std::string& expected,
              const std::string& actual);
   void note_broken(Rule rule, const traffic::Place& place, const std::string& text, const std::string& field,
                    const std::string& expected, const std::string& actual);
+  [[nodiscard]] static Options options_of(const sd::SdMessage& message, const sd::Entry& entry);
   [[nodiscard]] bool is_judged(const traffic::Place& place) const {
     return !only_host_ || place.flow.from.address == *only_host_;
   }
 
   void judge_header(const At& at);
+  void judge_cookie(const At& at);
+  void judge_connection(const At& at);
+  void judge_session_of_call(const At& at);
+  void judge_event(const At& at);
   void remember(const At& at);
   void judge_rpc(const At& at);
   void judge_tp(const At& at);
   void judge_sd(const At& at);
   void judge_sd_session(const At& at, const sd::SdMessage& message);
   void judge_options(const At& at, const sd::SdMessage& message);
+  void judge_layout(const At& at, const sd::Option& option);
+  void judge_sd_endpoint(const At& at, const sd::SdMessage& message);
+  void judge_other_protocol(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_entry(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
-  void judge_subscription(const At& at, const sd::Entry& entry);
+  void judge_ids(const At& at, const sd::Entry& entry);
+  void judge_offer(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
+  void judge_places(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
+  void judge_subscription(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
+  void judge_pairs(const At& at, const sd::SdMessage& message);
 
   struct Request {
     std::uint8_t interface_version = 0;
@@ -77,6 +96,13 @@ class Replay : public traffic::MessageSink {
   };
   /// Client, server, Message ID and Request ID.
   using RequestKey = std::tuple<Endpoint, Endpoint, std::uint32_t, std::uint32_t>;
+  /// Client, server, Message ID and Client ID.
+  using CallerKey = std::tuple<Endpoint, Endpoint, std::uint32_t, std::uint16_t>;
+  /// What a client has of a TCP port of a server.
+  struct Connections {
+    std::uint16_t current = 0;  ///< the client's port
+    std::set<std::uint16_t> earlier{};
+  };
   struct Segments {
     std::uint64_t next = 0;  ///< offset of the next segment
     std::size_t size = 0;    ///< of the first one
@@ -88,9 +114,20 @@ class Replay : public traffic::MessageSink {
     std::uint16_t last = 0;
     bool reboot = false;
   };
+  struct Offered {
+    std::uint32_t minor = 0;
+    Options options{};
+    std::uint64_t times = 0;
+  };
+  /// Server, service, instance and major version.
+  using OfferKey = std::tuple<IpAddress, std::uint16_t, std::uint16_t, std::uint8_t>;
+  /// Server, service, major version, and an endpoint that is offered.
+  using PlaceKey = std::tuple<IpAddress, std::uint16_t, std::uint8_t, Transport, Endpoint>;
   struct Subscription {
     std::uint32_t ttl_s = 0;
+    Options options{};
     bool answered = false;
+    bool is_first = false;  ///< there was none before the capture began
     std::uint64_t frame = 0;
     pcaps::Timestamp time{};
     traffic::Flow flow{};
@@ -110,7 +147,12 @@ class Replay : public traffic::MessageSink {
   std::uint64_t reboots_ = 0;
 
   std::map<RequestKey, Request> requests_;
-  std::set<std::pair<Endpoint, Endpoint>> talked_;  ///< who has sent something to whom, besides discovery
+  std::set<std::pair<Endpoint, Endpoint>> talked_;   ///< who has sent something to whom, besides discovery
+  std::map<CallerKey, std::uint16_t> last_session_;  ///< of calls
+  std::map<traffic::Flow, pcaps::Timestamp> last_cookie_;
+  std::map<std::pair<IpAddress, Endpoint>, Connections> connections_;
+  std::map<OfferKey, Offered> offers_;
+  std::map<PlaceKey, std::uint16_t> places_;  ///< the instance that is offered there
   std::map<SegmentsKey, Segments> segments_;
   std::map<std::pair<Endpoint, Endpoint>, Sessions> sessions_;
   std::map<SubscriptionKey, Subscription> subscriptions_;

@@ -80,8 +80,12 @@ void Replay::judge_rpc(const At& at) {
   const someip::Header& header = at.message.header;
   const auto& [from, to] = at.place.flow;
   const unsigned method = value(header.method);
+  const bool reserved = (method & 0x7fffU) == 0 || (method & 0x7fffU) == 0x7fff;
+  check(Rule::ids_reserved, at, !reserved, "Method ID", "none of 0x0000, 0x7fff, 0x8000 and 0xffff",
+        number(method));
   if (header.type == MessageType::notification) {
     check(Rule::ids_event, at, method >= 0x8000, "Event ID", "0x8000 or more", number(method));
+    judge_event(at);
     return;
   }
   if (!is_defined(header.type)) {
@@ -90,6 +94,7 @@ void Replay::judge_rpc(const At& at) {
   check(Rule::ids_method, at, method < 0x8000, "Method ID", "less than 0x8000", number(method));
   if (header.type == MessageType::request) {
     check(Rule::rpc_session, at, value(header.session) != 0, "Session ID", "not 0", "0");
+    judge_session_of_call(at);
   } else if (header.type != MessageType::request_no_return && requests_.size() < most_requests &&
              talked_.contains({to, from})) {
     // Only where the other direction was seen before: a capture may begin with a response, or have one
@@ -108,6 +113,22 @@ void Replay::judge_rpc(const At& at) {
       }
       request->second.answered = true;
     }
+  }
+}
+
+void Replay::judge_session_of_call(const At& at) {
+  const someip::Header& header = at.message.header;
+  const std::uint16_t session = value(header.session);
+  if (session == 0 || last_session_.size() >= most_requests) {
+    return;
+  }
+  const auto [last, is_new] = last_session_.try_emplace(
+      {at.place.flow.from, at.place.flow.to, message_id(header), value(header.client)}, session);
+  if (!is_new) {
+    // A client that was restarted begins with 1 again.
+    check(Rule::rpc_session_counts, at, session != last->second || session == 1, "Session ID",
+          "another one than in the call before", number(session));
+    last->second = session;
   }
 }
 

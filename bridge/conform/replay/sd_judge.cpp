@@ -13,8 +13,6 @@ using sd::EntryKind;
 using sd::EntryType;
 using someip::WireError;
 
-constexpr std::size_t most_relations = 50'000;
-
 /// The endpoint options that an entry refers to; `broken`: a run goes beyond the array.
 struct Endpoints {
   std::size_t udp = 0;
@@ -22,6 +20,7 @@ struct Endpoints {
   std::size_t udp6 = 0;
   std::size_t tcp6 = 0;
   std::size_t multicast = 0;
+  std::set<IpAddress> addresses{};  ///< of unicast endpoints
   bool broken = false;
   bool other_protocol = false;  ///< of a service that is not SOME/IP: it needs no endpoint
 
@@ -45,6 +44,7 @@ Endpoints endpoints_of(const sd::SdMessage& message, const sd::Entry& entry) {
     if (endpoint->role == sd::EndpointRole::multicast) {
       ++all.multicast;
     } else if (endpoint->role == sd::EndpointRole::unicast) {
+      all.addresses.insert(endpoint->endpoint.address);
       const bool v6 = endpoint->endpoint.address.v6;
       if (endpoint->transport == Transport::udp) {
         ++(v6 ? all.udp6 : all.udp);
@@ -79,6 +79,8 @@ void Replay::judge_sd(const At& at) {
         "0", fmt::format("flags {:#04x}, then {:#08x}", message->flags(), message->reserved()));
   check(Rule::sd_initial_data_flag, at, !message->explicit_initial_data(), "flags & 0x3f", "0", "0x20");
   judge_options(at, *message);
+  judge_sd_endpoint(at, *message);
+  judge_pairs(at, *message);
   for (std::size_t index = 0; index < message->entry_count(); ++index) {
     judge_entry(at, *message, message->entry(index));
   }
@@ -103,7 +105,12 @@ void Replay::judge_sd_session(const At& at, const sd::SdMessage& message) {
   // Over the end of the numbers, with some packets that are not in the capture.
   const bool wrapped = went_back && was.last > 0xff00 && session < 0x100;
   const bool restarted = message.reboot() && (!was.reboot || went_back) && !wrapped;
-  reboots_ += restarted ? 1 : 0;
+  if (restarted) {
+    ++reboots_;
+    // Its services may be elsewhere now.
+    std::erase_if(places_,
+                  [&](const auto& one) { return std::get<0>(one.first) == at.place.flow.from.address; });
+  }
   check(Rule::sd_session_order, at, !went_back || wrapped || restarted, "Session ID",
         fmt::format("more than {}, or the Reboot flag of a start", was.last), std::to_string(session));
   check(Rule::sd_reboot_flag, at, message.reboot() || !was.reboot || wrapped, "Reboot flag",
@@ -115,6 +122,7 @@ void Replay::judge_options(const At& at, const sd::SdMessage& message) {
   std::vector<sd::Option> seen;
   sd::OptionCursor cursor = message.options();
   while (const auto option = cursor.next()) {
+    judge_layout(at, *option);
     if (const auto endpoint = sd::EndpointOption::decode(*option)) {
       const bool udp = endpoint->transport == Transport::udp;
       check(Rule::sd_option_protocol, at,
@@ -124,6 +132,12 @@ void Replay::judge_options(const At& at, const sd::SdMessage& message) {
       check(Rule::sd_option_reserved, at, (endpoint->flags & 0x7fU) == 0 && endpoint->reserved == 0,
             "reserved bytes of an option", "0",
             fmt::format("{:#04x} {:#04x}", endpoint->flags, endpoint->reserved));
+      if (endpoint->role == sd::EndpointRole::multicast) {
+        check(Rule::sd_multicast_address, at,
+              endpoint->endpoint.address.is_multicast() && endpoint->endpoint.port != 0,
+              "endpoint of a multicast option", "a multicast group, and a port",
+              someip::to_string(endpoint->endpoint));
+      }
       if (endpoint->role == sd::EndpointRole::unicast && endpoint->endpoint.port != 0) {
         learn_(endpoint->transport, endpoint->endpoint);
       }
@@ -159,6 +173,8 @@ void Replay::judge_entry(const At& at, const sd::SdMessage& message, const sd::E
   if (kind == EntryKind::unknown) {
     return;
   }
+  judge_ids(at, entry);
+  judge_other_protocol(at, message, entry);
   const bool of_service = entry.type == EntryType::find_service || entry.type == EntryType::offer_service;
   if (!of_service) {
     // 8 bits, then the initial data bit, 3 bits, the counter.
@@ -186,39 +202,26 @@ void Replay::judge_entry(const At& at, const sd::SdMessage& message, const sd::E
     check(Rule::sd_subscribe_endpoint, at, options.unicast() > 0, "endpoint options of the subscription",
           "1 or more", "none");
   }
+  if (kind == EntryKind::subscribe_eventgroup && options.unicast() > 0) {
+    check(Rule::sd_subscribe_address, at, options.addresses == std::set{at.place.flow.from.address},
+          "address of the subscription", "that of its sender", text);
+  }
   if (is_subscribe || entry.type == EntryType::subscribe_eventgroup_ack) {
-    judge_subscription(at, entry);
+    judge_subscription(at, message, entry);
+  } else if (entry.type == EntryType::offer_service) {
+    judge_offer(at, message, entry);
   }
 }
 
-void Replay::judge_subscription(const At& at, const sd::Entry& entry) {
-  const auto& [from, to] = at.place.flow;
-  const std::uint32_t ids = (std::uint32_t{value(entry.service)} << 16U) | value(entry.instance);
-  const EntryKind kind = entry.kind();
-  if (kind == EntryKind::subscribe_eventgroup) {
-    if (subscriptions_.size() < most_relations && !to.address.is_multicast()) {
-      const auto [known, is_new] = subscriptions_.try_emplace(
-          {from.address, to.address, ids, value(entry.eventgroup()), entry.counter()},
-          Subscription{.frame = at.place.frame,
-                       .time = at.place.time,
-                       .flow = at.place.flow,
-                       .text = message_text(at.message)});
-      known->second.ttl_s = entry.ttl_s;
-      subscribers_.emplace(from.address, to.address);
-    }
-  } else if (kind != EntryKind::stop_subscribe_eventgroup &&
-             subscribers_.contains({to.address, from.address})) {
-    const auto known =
-        subscriptions_.find({to.address, from.address, ids, value(entry.eventgroup()), entry.counter()});
-    check(Rule::sd_ack_asked, at, known != subscriptions_.end(), "subscription before it",
-          "one with the same ids", "none");
-    if (known != subscriptions_.end()) {
-      known->second.answered = true;
-      if (kind == EntryKind::subscribe_eventgroup_ack) {
-        check(Rule::sd_ack_ttl, at, entry.ttl_s == known->second.ttl_s, "TTL",
-              std::to_string(known->second.ttl_s), std::to_string(entry.ttl_s));
-      }
-    }
+void Replay::judge_ids(const At& at, const sd::Entry& entry) {
+  const bool any_allowed = entry.type == EntryType::find_service && entry.instance == someip::any_instance;
+  check(Rule::sd_instance_id, at, any_allowed || someip::names_an_instance(entry.instance), "Instance ID",
+        "that of an instance", fmt::format("{:#06x}", value(entry.instance)));
+  if (entry.type == EntryType::find_service) {
+    check(Rule::sd_find_minor, at, entry.minor() == sd::any_minor, "Minor Version", "0xffffffff",
+          fmt::format("{:#x}", entry.minor()));
+  } else if (entry.type != EntryType::offer_service) {
+    check(Rule::sd_eventgroup_id, at, value(entry.eventgroup()) != 0, "Eventgroup ID", "not 0", "0");
   }
 }
 

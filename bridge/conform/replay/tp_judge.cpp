@@ -35,6 +35,10 @@ void Replay::judge_tp(const At& at) {
     // The capture may begin in the middle of a message; one that is lost before the first is not told apart.
     check(Rule::tp_order, at, offset == 0 || at.place.time == first_, "offset of the first segment", "0",
           std::to_string(offset));
+    if (segment->header.more) {
+      check(Rule::tp_largest, at, size == someip::tp_default_segment_bytes, "segment", "1392 bytes",
+            fmt::format("{} bytes", size));
+    }
     if (segments_.size() >= most_messages_at_once) {
       segments_.clear();
     }

@@ -27,6 +27,19 @@ class Capture {
         "", [](Transport, const Endpoint&) {}, copies_after.has_value());
   }
 
+  /// A message on a TCP connection, so many seconds after the frame before.
+  Capture& add_tcp(const Bytes& bytes, const Endpoint& from, const Endpoint& to, std::uint64_t later_s = 1) {
+    frame_ += later_s;
+    const auto message = someip::decode(ByteView{bytes});
+    EXPECT_TRUE(message);
+    replay_.message({.frame = frame_,
+                     .time = pcaps::Timestamp{frame_ * 1s},
+                     .flow = {from, to},
+                     .transport = Transport::tcp},
+                    0, *message);
+    return *this;
+  }
+
   Capture& add(const Bytes& bytes, const Endpoint& from, const Endpoint& to) {
     ++frame_;
     replay_.datagram({.frame = frame_,
@@ -233,7 +246,7 @@ TEST(Replay, FindsWrongSdMessages) {
   EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-layout", "sd.offer-endpoint"));
   wrong = offer();
   wrong.entries[0].type = trestle::sd::EntryType::find_service;
-  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-counts"));
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.option-counts", "sd.find-minor"));
   Bytes header = sd(offer());
   header[13] = std::byte{2};
   EXPECT_THAT(Capture{}.add(header, server_sd, group).broken(), ElementsAre("sd.header"));
@@ -302,16 +315,235 @@ TEST(Replay, FollowsSegments) {
     }
     return capture.broken();
   };
-  EXPECT_THAT(segments({segment(1, 160), segment(161, 160), segment(320, 8)}), IsEmpty());
+  EXPECT_THAT(segments({segment(1, 1392), segment(1393, 1392), segment(2784, 8)}), IsEmpty());
   EXPECT_THAT(segments({segment(0, 16, 1, 0)}), ElementsAre("tp.session"));
   EXPECT_THAT(segments({segment(1, 24)}), ElementsAre("tp.length"));
-  EXPECT_THAT(segments({segment(1, 1408)}), ElementsAre("udp.size", "tp.length"));
-  EXPECT_THAT(segments({segment(3, 160)}), ElementsAre("tp.reserved"));
-  EXPECT_THAT(segments({segment(161, 160)}), ElementsAre("tp.order"));
-  EXPECT_THAT(segments({segment(1, 160), segment(321, 160)}), ElementsAre("tp.order"));
-  EXPECT_THAT(segments({segment(1, 160), segment(145, 160)}), ElementsAre("tp.overlap"));
-  EXPECT_THAT(segments({segment(1, 160), segment(161, 176)}), ElementsAre("tp.equal"));
-  EXPECT_THAT(segments({segment(1, 160), segment(161, 160, 2)}), ElementsAre("tp.header"));
+  EXPECT_THAT(segments({segment(1, 1408)}), ElementsAre("udp.size", "tp.length", "tp.largest"));
+  EXPECT_THAT(segments({segment(1, 160)}), ElementsAre("tp.largest"));
+  EXPECT_THAT(segments({segment(3, 1392)}), ElementsAre("tp.reserved"));
+  EXPECT_THAT(segments({segment(1393, 1392)}), ElementsAre("tp.order"));
+  EXPECT_THAT(segments({segment(1, 1392), segment(2785, 1392)}), ElementsAre("tp.order"));
+  EXPECT_THAT(segments({segment(1, 1392), segment(1377, 1392)}), ElementsAre("tp.overlap"));
+  EXPECT_THAT(segments({segment(1, 1392), segment(1393, 1376)}), ElementsAre("tp.equal"));
+  EXPECT_THAT(segments({segment(1, 1392), segment(1393, 1392, 2)}), ElementsAre("tp.header"));
+}
+
+TEST(Replay, HasARuleForEachRequirementThatACaptureShowsOrAReason) {
+  for (const RequirementRow& row : requirements()) {
+    const auto rules = choose(replay_rules(), {row.id}, Level::tc8);
+    EXPECT_EQ(row.testable == "pcap" && rules.empty(), !row.why_no_rule.empty()) << row.id;
+  }
+}
+
+TEST(Replay, FindsReservedIds) {
+  Call call = request();
+  call.method = someip::MethodId{0x7fff};
+  EXPECT_THAT(broken_by(call), ElementsAre("ids.reserved"));
+  SdStimulus wrong = offer();
+  wrong.entries[0].instance = someip::any_instance;
+  EXPECT_THAT(broken_by(wrong), ElementsAre("sd.instance-id"));
+  wrong = subscribe();
+  wrong.entries[0].tail = 0;
+  EXPECT_THAT(Capture{}.add(sd(wrong), client_sd, server_sd).broken(), ElementsAre("sd.eventgroup-id"));
+  SdStimulus find{.entries = {entry(trestle::sd::EntryType::find_service, 0, trestle::sd::any_minor)},
+                  .flags = trestle::sd::unicast_flag};
+  find.entries[0].instance = someip::any_instance;
+  EXPECT_THAT(broken_by(find), IsEmpty());
+  find.entries[0].tail = 7;
+  EXPECT_THAT(broken_by(find), ElementsAre("sd.find-minor"));
+}
+
+TEST(Replay, FindsTwoCallsWithOneSessionId) {
+  const auto calls = [](std::uint16_t first, std::uint16_t second) {
+    Call call = request();
+    Capture capture;
+    for (const std::uint16_t session : {first, second}) {
+      call.session = someip::SessionId{session};
+      capture.add(call.encode(), client, server);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(calls(7, 7), ElementsAre("rpc.session-counts"));
+  EXPECT_THAT(calls(7, 8), IsEmpty());
+  EXPECT_THAT(calls(1, 1), IsEmpty());  // it was restarted
+}
+
+TEST(Replay, FindsWrongMagicCookiesAndMissingOnes) {
+  const auto cookie = [](std::uint16_t method) {
+    return Call{
+        .service = someip::ServiceId{0xffff},
+        .method = someip::MethodId{method},
+        .type = method == 0 ? someip::MessageType::request_no_return : someip::MessageType::notification,
+        .client = someip::ClientId{0xdead},
+        .session = someip::SessionId{0xbeef}};
+  };
+  EXPECT_THAT(Capture{}
+                  .add_tcp(cookie(0).encode(), client, server)
+                  .add_tcp(request().encode(), client, server, 9)
+                  .add_tcp(cookie(0x8000).encode(), server, client)
+                  .broken(),
+              IsEmpty());
+  Call wrong = cookie(0);
+  wrong.client = someip::ClientId{1};
+  EXPECT_THAT(Capture{}.add_tcp(wrong.encode(), client, server).broken(), ElementsAre("tcp.cookie"));
+  EXPECT_THAT(Capture{}
+                  .add_tcp(cookie(0).encode(), client, server)
+                  .add_tcp(request().encode(), client, server, 12)
+                  .broken(),
+              ElementsAre("tcp.cookie-interval"));
+}
+
+TEST(Replay, FindsTwoConnectionsThatTakeTurns) {
+  const Endpoint other{client.address, 40002};
+  const auto calls = [](std::initializer_list<Endpoint> from) {
+    Capture capture;
+    Call call = request();
+    for (const Endpoint& one : from) {
+      call.session = someip::SessionId{static_cast<std::uint16_t>(value(call.session) + 1)};
+      capture.add_tcp(call.encode(), one, server);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(calls({client, client, other, other}), IsEmpty());
+  EXPECT_THAT(calls({client, other, client}), ElementsAre("tcp.one-connection"));
+}
+
+TEST(Replay, JudgesOptionsByTheirType) {
+  const auto with = [](const Bytes& option) {
+    SdStimulus one = offer();
+    one.options.push_back(option);
+    one.entries[0].first_run.count = 2;
+    return broken_by(one);
+  };
+  const auto configuration = [](std::initializer_list<unsigned> body) {
+    return raw_option(static_cast<std::uint16_t>(body.size()), 1, bytes(body));
+  };
+  EXPECT_THAT(with(configuration({0, 3, 'a', '=', 'b', 0})), IsEmpty());
+  EXPECT_THAT(with(configuration({1, 3, 'a', '=', 'b', 0})), ElementsAre("sd.configuration"));
+  EXPECT_THAT(with(configuration({0, 9, 'a', '=', 'b', 0})), ElementsAre("sd.configuration"));
+  EXPECT_THAT(with(configuration({0, 2, '=', 'b', 0})), ElementsAre("sd.configuration"));
+  EXPECT_THAT(with(raw_option(5, 2, bytes({0, 0, 1, 0, 1}))), IsEmpty());
+  EXPECT_THAT(with(raw_option(4, 2, bytes({0, 0, 1, 0}))), ElementsAre("sd.load-balancing"));
+  const Bytes multicast = raw_option(9, 0x14, bytes({0, 224, 0, 0, 9, 0, 0x11, 0x12, 0x34}));
+  SdStimulus acknowledged = ack();
+  acknowledged.options = {multicast};
+  acknowledged.entries[0].first_run.count = 1;
+  EXPECT_THAT(broken_by(acknowledged), ElementsAre("sd.unicast-only"));
+  acknowledged.options[0][4] = std::byte{192};
+  EXPECT_THAT(broken_by(acknowledged), ElementsAre("sd.multicast-address", "sd.unicast-only"));
+}
+
+TEST(Replay, JudgesTheSdEndpointOption) {
+  const Bytes endpoint = raw_option(9, 0x24, bytes({0, 192, 0, 2, 1, 0, 0x11, 0x77, 0x1a}));
+  const auto with = [](std::vector<Bytes> options, std::uint8_t index) {
+    SdStimulus one = offer();
+    options.insert(options.begin() + index, one.options.front());
+    one.options = std::move(options);
+    one.entries[0].first_run.index = index;
+    return broken_by(one);
+  };
+  EXPECT_THAT(with({endpoint}, 1), IsEmpty());
+  EXPECT_THAT(with({endpoint}, 0), ElementsAre("sd.sd-endpoint"));  // behind another one
+  Bytes other = endpoint;
+  other[4] = std::byte{193};
+  EXPECT_THAT(with({endpoint, other}, 2), ElementsAre("sd.sd-endpoint"));
+  SdStimulus one = offer();
+  one.options.insert(one.options.begin(), endpoint);
+  one.entries[0].first_run.count = 2;
+  EXPECT_THAT(broken_by(one), ElementsAre("sd.sd-endpoint"));  // an entry refers to it
+  Bytes v6(21);
+  v6[17 + 1] = std::byte{0x11};
+  EXPECT_THAT(with({raw_option(21, 0x26, v6)}, 1), ElementsAre("sd.sd-endpoint"));
+}
+
+TEST(Replay, JudgesServicesThatAreNotSomeIp) {
+  const auto other = [](std::uint16_t service, std::vector<Bytes> options) {
+    SdStimulus one = offer();
+    one.entries[0].service = someip::ServiceId{service};
+    one.entries[0].first_run.count = static_cast<std::uint8_t>(options.size());
+    one.options = std::move(options);
+    return broken_by(one);
+  };
+  const Bytes item = raw_option(13, 1, bytes({0, 11, 'o', 't', 'h', 'e', 'r', 's', 'e', 'r', 'v', '=', 'x'}));
+  Bytes ended = item;
+  ended.push_back(std::byte{0});
+  ended[1] = std::byte{14};
+  ended[4] = std::byte{11};
+  const Bytes groupcast = raw_option(9, 0x15, bytes({0, 1, 2, 3, 4, 5, 6, 0x22, 0xf0}));
+  EXPECT_THAT(other(0xfffe, {ended, groupcast}), IsEmpty());
+  EXPECT_THAT(other(0xfffe, {groupcast}), ElementsAre("sd.mac-groupcast", "sd.otherserv"));
+  EXPECT_THAT(other(0xfffe, {ended, raw_option(8, 0x15, bytes({0, 1, 2, 3, 4, 5, 6, 0x22}))}),
+              ElementsAre("sd.mac-groupcast"));
+  EXPECT_THAT(other(0x1234, {endpoint_option(server, Transport::udp), ended}), ElementsAre("sd.otherserv"));
+}
+
+TEST(Replay, FollowsOffersToTheirEnd) {
+  SdStimulus stop = offer();
+  stop.entries[0].ttl_s = 0;
+  const auto ended_by = [](const SdStimulus& end) {
+    return Capture{}.add(sd(offer()), server_sd, group).add(sd(end, 2), server_sd, group).broken();
+  };
+  EXPECT_THAT(ended_by(stop), IsEmpty());
+  stop.entries[0].tail = 7;
+  EXPECT_THAT(ended_by(stop), ElementsAre("sd.stop-offer"));
+  // A second instance at the same endpoint, and after the first has ended.
+  SdStimulus second = offer();
+  second.entries[0].instance = someip::InstanceId{2};
+  EXPECT_THAT(ended_by(second), ElementsAre("sd.instance-endpoints"));
+  stop.entries[0].tail = 0;
+  EXPECT_THAT(Capture{}
+                  .add(sd(offer()), server_sd, group)
+                  .add(sd(stop, 2), server_sd, group)
+                  .add(sd(second, 3), server_sd, group)
+                  .broken(),
+              IsEmpty());
+  // After a restart, everything may be elsewhere.
+  EXPECT_THAT(Capture{}.add(sd(offer(), 9), server_sd, group).add(sd(second, 1), server_sd, group).broken(),
+              IsEmpty());
+}
+
+TEST(Replay, FollowsSubscriptionsToTheirEnd) {
+  SdStimulus stop = subscribe();
+  stop.entries[0].ttl_s = 0;
+  const auto ended_by = [](const SdStimulus& end) {
+    return Capture{}
+        .add(sd(subscribe()), client_sd, server_sd)
+        .add(sd(ack()), server_sd, client_sd)
+        .add(sd(end, 2), client_sd, server_sd)
+        .broken();
+  };
+  EXPECT_THAT(ended_by(stop), IsEmpty());
+  stop.options = {endpoint_option({client.address, 1}, Transport::udp)};
+  EXPECT_THAT(ended_by(stop), ElementsAre("sd.stop-subscribe"));
+  SdStimulus elsewhere = subscribe();
+  elsewhere.options = {endpoint_option({IpAddress::v4(192, 0, 2, 9), 1}, Transport::udp)};
+  EXPECT_THAT(ended_by(elsewhere), ElementsAre("sd.subscribe-address"));
+  // An end and a new begin in one message.
+  SdStimulus pair = subscribe();
+  pair.entries.insert(pair.entries.begin(), pair.entries[0]);
+  pair.entries[0].ttl_s = 0;
+  EXPECT_THAT(ended_by(pair), IsEmpty());
+  pair.entries.insert(pair.entries.begin() + 1, pair.entries[0]);
+  pair.entries[1].tail = 5;
+  EXPECT_THAT(ended_by(pair), ElementsAre("sd.stop-then-subscribe"));
+}
+
+TEST(Replay, MissesTheAcknowledgementBeforeEventsOfANewSubscription) {
+  Call event = request();
+  event.method = someip::MethodId{0x8001};
+  event.type = someip::MessageType::notification;
+  const auto early = [&](int offers) {
+    Capture capture;
+    for (int count = 1; count <= offers; ++count) {
+      capture.add(sd(offer(), static_cast<std::uint16_t>(count)), server_sd, group);
+    }
+    return capture.add(sd(subscribe()), client_sd, server_sd)
+        .add(event.encode(), server, client)
+        .add(sd(ack()), server_sd, client_sd)
+        .broken();
+  };
+  EXPECT_THAT(early(2), ElementsAre("sd.event-after-ack"));
+  EXPECT_THAT(early(1), IsEmpty());  // it may have been there before
 }
 
 TEST(Replay, JudgesOneHostAlone) {
