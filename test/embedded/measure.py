@@ -30,6 +30,7 @@ PROGRAMS = {
     "examples/bare_device": "test/embedded/bare_device",
     "test/embedded/c_device.c": "test/embedded/core_c",
     "examples/cortex_m": "examples/cortex_m/cortex_m_device",
+    "examples/cortex_m, Enhanced Testability Service": "examples/cortex_m/cortex_m_ets_device",
 }
 # Of library functions the compiler tells nothing. The deepest of them is a 64 bit division, __aeabi_uldivmod.
 LIBRARY_STACK = 64
