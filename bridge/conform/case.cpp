@@ -101,7 +101,12 @@ constexpr NeedRule need_rules[]{
     {Need::client, "the profile names no service that the device uses by itself",
      [](const Profile& p) { return !std::ranges::all_of(p.uses, &UsedService::by_ets); }},
     {Need::ets_client, "the profile names no service that the device uses when it is told to (by_ets: true)",
-     [](const Profile& p) { return p.ets && std::ranges::any_of(p.uses, &UsedService::by_ets); }},
+     [](const Profile& p) {
+       return p.ets && !p.services.empty() && std::ranges::any_of(p.uses, &UsedService::by_ets);
+     }},
+    {Need::event,
+     "no event that comes by itself (eventgroups: cycle), or when it is told to (trigger, or ets: true)",
+     [](const Profile& p) { return p.service().udp_port && event_source(p); }},
     {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
     {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
 };
@@ -117,6 +122,9 @@ const char* to_string(Role role) noexcept {
 }
 
 std::optional<std::string> unsupported(const Case& one, const Profile& profile) {
+  if (one.role == Role::server && profile.services.empty()) {
+    return "the device offers no service";
+  }
   for (const NeedRule& rule : need_rules) {
     if (has(one.needs, rule.need) && !rule.met(profile)) {
       return rule.reason;

@@ -67,6 +67,7 @@ enum class Need : std::uint32_t {
   e2e = 1U << 21U,                  ///< methods with end-to-end protection
   client = 1U << 22U,               ///< the device uses a service by itself
   ets_client = 1U << 23U,           ///< it uses one when the Enhanced Testability Service says so
+  event = 1U << 24U,                ///< an event that can be waited for
 };
 [[nodiscard]] constexpr Need operator|(Need a, Need b) noexcept {
   return static_cast<Need>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));

@@ -92,6 +92,7 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   section.read("tcp", truth(), group.tcp);
   section.read("multicast_threshold", as<std::size_t>(whole_number(0, 1000)), group.multicast_threshold);
   read_optional(section, "trigger", id<someip::MethodId>(0x7fff), group.trigger);
+  read_optional(section, "cycle", documents::duration(1ms, 1min), group.cycle);
   if (has(section, "multicast")) {
     Section multicast{section.child("multicast"), "multicast", problems};
     Endpoint endpoint;
@@ -102,6 +103,9 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   }
   if (group.initial_values && group.events.empty()) {
     problems.error(section.mark(), "eventgroup: expected the 'events' that have initial values");
+  }
+  if (group.cycle && group.events.empty()) {
+    problems.error(section.mark(), "eventgroup: expected the 'events', of which the first has the cycle");
   }
   section.finish();
   return group;
@@ -305,13 +309,19 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     top.require("name", documents::any_text("the name of the device"), profile.name);
     top.read("version", documents::any_text("the version of the device"), profile.version);
     read_network(top, profile, problems);
-    for (const YAML::Node& service : top.required_list("services", "a list of services")) {
-      profile.services.push_back(read_service(service, problems));
+    if (has(top, "services")) {
+      for (const YAML::Node& service : top.list("services", "a list of services")) {
+        profile.services.push_back(read_service(service, problems));
+      }
     }
     if (has(top, "uses")) {
       for (const YAML::Node& used : top.list("uses", "a list of services that the device uses")) {
         profile.uses.push_back(read_used(used, problems));
       }
+    }
+    if (profile.services.empty() && std::ranges::all_of(profile.uses, &UsedService::by_ets)) {
+      problems.error(top.mark(),
+                     "expected 'services' that the device offers, or one that it uses by itself, 'uses'");
     }
     top.read("ets", truth(), profile.ets);
     top.read("tp", truth(), profile.tp);
@@ -320,10 +330,21 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     read_lifecycle(top, profile, problems);
     top.finish();
   }
-  if (problems.has_errors() || profile.services.empty()) {
+  if (problems.has_errors() || (profile.services.empty() && profile.uses.empty())) {
     return tl::unexpected{problems.take()};
   }
   return profile;
+}
+
+const ServiceProfile& Profile::service() const {
+  static const ServiceProfile none{};
+  return services.empty() ? none : services.front();
+}
+
+const UsedService& Profile::used_by_itself() const {
+  static const UsedService none{};
+  const auto found = std::ranges::find(uses, false, &UsedService::by_ets);
+  return found == uses.end() ? none : *found;
 }
 
 const ServiceProfile* other_version(const Profile& profile, const ServiceProfile& service) {
@@ -331,6 +352,23 @@ const ServiceProfile* other_version(const Profile& profile, const ServiceProfile
     return one.service == service.service && one.instance == service.instance && one.major != service.major;
   });
   return found == profile.services.end() ? nullptr : &*found;
+}
+
+std::optional<EventSource> event_source(const Profile& profile) {
+  if (profile.ets) {
+    return EventSource{.group = someip::EventgroupId{2},
+                       .event = someip::MethodId{0x8001},
+                       .trigger = someip::MethodId{0x03}};
+  }
+  for (const EventgroupProfile& one : profile.service().eventgroups) {
+    if (!one.tcp && !one.multicast && !one.events.empty() && (one.trigger || one.cycle)) {
+      return EventSource{.group = one.id,
+                         .event = one.events.front(),
+                         .trigger = one.trigger,
+                         .cycle = one.cycle.value_or(Duration{0})};
+    }
+  }
+  return std::nullopt;
 }
 
 std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,

@@ -18,6 +18,7 @@ struct EventgroupProfile {
   std::optional<Endpoint> multicast{};  ///< where its events go to when it is a multicast eventgroup
   std::size_t multicast_threshold = 1;  ///< so many subscribers at least; else they get events by unicast
   std::optional<someip::MethodId> trigger{};  ///< a method without return that makes it send its events
+  std::optional<Duration> cycle{};            ///< it sends its first event by itself, so often
   bool initial_values = false;                ///< it has fields, so that subscribers get their values
   bool tcp = false;                           ///< it has events that need TCP
 };
@@ -115,6 +116,14 @@ struct LifecycleProfile {
   bool ask_operator = false;  ///< a person does it, and says when it is done
 };
 
+/// An event that can be waited for, over UDP: the device sends it when it is told to, or by itself.
+struct EventSource {
+  someip::EventgroupId group{};
+  someip::MethodId event{};
+  std::optional<someip::MethodId> trigger{};  ///< a method without return
+  Duration cycle{0};                          ///< without a trigger
+};
+
 /// The faults that a device can be started with, for `trestle conform selftest`.
 struct FaultsProfile {
   std::string
@@ -130,7 +139,7 @@ struct Profile {
   IpAddress tester{};
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
   std::uint16_t sd_port = 30490;
-  /// The first one is what most cases talk to.
+  /// The first one is what most cases talk to. None: the device is a client alone.
   std::vector<ServiceProfile> services{};
   std::vector<UsedService> uses{};
   bool ets = false;  ///< the first service has the interface of the Enhanced Testability Service
@@ -140,7 +149,10 @@ struct Profile {
   LifecycleProfile lifecycle{};
   FaultsProfile faults{};
 
-  [[nodiscard]] const ServiceProfile& service() const { return services.front(); }
+  /// The first one; of a device without services: none at all.
+  [[nodiscard]] const ServiceProfile& service() const;
+  /// The first service that the device uses by itself: a device without services has one.
+  [[nodiscard]] const UsedService& used_by_itself() const;
   [[nodiscard]] bool can_restart() const {
     return !lifecycle.start.empty() || !lifecycle.restart.empty() || lifecycle.ask_operator;
   }
@@ -148,6 +160,9 @@ struct Profile {
 
 /// The same instance in another major version; nothing: there is none.
 [[nodiscard]] const ServiceProfile* other_version(const Profile& profile, const ServiceProfile& service);
+
+/// One of the first service; nothing: the profile tells of none.
+[[nodiscard]] std::optional<EventSource> event_source(const Profile& profile);
 
 /// Reads a profile.
 /// @param file  its name, for messages.

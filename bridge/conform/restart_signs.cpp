@@ -1,7 +1,6 @@
 #include "bridge/conform/restart_signs.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace trestle::conform {
 
@@ -19,26 +18,20 @@ std::optional<Duration> longest_pause(const TimingProfile& timing) {
   return timing.cyclic_offer_delay && longest > Duration{0} ? std::optional{longest} : std::nullopt;
 }
 
-std::optional<std::size_t> begin_of_new_life(const std::vector<SdSign>& messages, std::size_t since,
-                                             WallTime began, std::optional<Duration> pause) {
-  std::array<const SdSign*, 2> before{};  // by unicast, by multicast
-  WallTime heard = began;
-  for (std::size_t at = 0; at < messages.size(); ++at) {
-    const SdSign& one = messages[at];
-    const SdSign*& last = before[one.multicast ? 1 : 0];
-    if (at >= since) {
-      // The same session again may be one datagram that came twice.
-      const bool from_begin = one.session == someip::SessionId{1} ||
-                              (last != nullptr && (one.session < last->session || !last->reboot));
-      const bool after_silence = one.offers && pause && one.time - heard > *pause;
-      if ((one.reboot && from_begin) || after_silence) {
-        return at;
-      }
-    }
-    last = &one;
-    heard = one.time;
-  }
-  return std::nullopt;
+void NewLife::before(const SdSign& sign) {
+  last_[sign.multicast ? 1 : 0] = sign;
+  heard_ = sign.time;
+}
+
+bool NewLife::begins_with(const SdSign& sign) {
+  const std::optional<SdSign>& last = last_[sign.multicast ? 1 : 0];
+  // The same session again may be one datagram that came twice.
+  const bool from_begin =
+      sign.session == someip::SessionId{1} || (last && (sign.session < last->session || !last->reboot));
+  const bool after_silence = sign.offers && pause_ && sign.time - heard_ > *pause_;
+  const bool begins = (sign.reboot && from_begin) || after_silence;
+  before(sign);
+  return begins;
 }
 
 }  // namespace trestle::conform

@@ -1,6 +1,6 @@
 #pragma once
+#include <array>
 #include <optional>
-#include <vector>
 
 #include "bridge/conform/packet.hpp"
 #include "bridge/conform/profile.hpp"
@@ -21,15 +21,25 @@ struct SdSign {
 /// For how long a device may be silent while it runs, at most; nothing: the profile does not tell.
 [[nodiscard]] std::optional<Duration> longest_pause(const TimingProfile& timing);
 
-/// The first message of the device's new life: one with the Reboot flag and session 1 or a session below the
-/// one before it [feat_req_someipsd_764], or an offer after a silence.
-/// @param messages  what the device has sent, in the order in which it came.
-/// @param since     the restart began when those before this place had come.
-/// @param began     the time of that.
-/// @param pause     what is longer is a silence; nothing: there is none.
-/// @return its place in `messages`; nothing: there is none so far.
-[[nodiscard]] std::optional<std::size_t> begin_of_new_life(const std::vector<SdSign>& messages,
-                                                           std::size_t since, WallTime began,
-                                                           std::optional<Duration> pause);
+/// Finds the first message of the device's new life: one with the Reboot flag and session 1 or a session
+/// below the one before it [feat_req_someipsd_764], or an offer after a silence. It is told what the device
+/// sends, in the order in which that comes.
+class NewLife {
+ public:
+  /// @param began  the time when the restart began.
+  /// @param pause  what is longer is a silence; nothing: there is none.
+  NewLife(WallTime began, std::optional<Duration> pause) : heard_{began}, pause_{pause} {}
+
+  /// What had come when the restart began.
+  void before(const SdSign& sign);
+  /// What came then.
+  /// @return whether the new life begins with it.
+  [[nodiscard]] bool begins_with(const SdSign& sign);
+
+ private:
+  WallTime heard_;
+  std::optional<Duration> pause_;
+  std::array<std::optional<SdSign>, 2> last_{};  ///< by unicast, by multicast
+};
 
 }  // namespace trestle::conform

@@ -235,7 +235,9 @@ std::string hint(const Run& run) {
   std::string text = fmt::format("look at the addresses in the profile (device {}, tester {}, SD port {}",
                                  someip::to_string(run.profile.device), someip::to_string(run.profile.tester),
                                  run.profile.sd_port);
-  text += fmt::format(", service {:#06x}), at firewalls and routes", value(run.profile.service().service));
+  text += fmt::format(", service {:#06x}), at firewalls and routes",
+                      value(run.profile.services.empty() ? run.profile.used_by_itself().service
+                                                         : run.profile.service().service));
   if (!run.profile.lifecycle.start.empty()) {
     text += ", and at what the device printed: " + run.options.folder + "/device.log";
   }

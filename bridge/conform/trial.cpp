@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "bridge/conform/device.hpp"
-#include "bridge/conform/restart_signs.hpp"
 #include "bridge/documents/hex_line.hpp"
 
 namespace trestle::conform {
@@ -20,6 +19,9 @@ constexpr Duration longest_cycle = 5s;
 /// After a device has answered something later, an answer to something before may still be on its way for
 /// this long.
 constexpr Duration settling = 30ms;
+/// What was asked by multicast is answered after a time that is drawn at random, and must not look like an
+/// answer to what the next case asks.
+constexpr Duration response_delay = 50ms;
 
 }  // namespace
 
@@ -126,22 +128,24 @@ bool Trial::is_sd(const Packet& packet) const {
 std::vector<SeenEntry> Trial::entries_since(std::size_t since, const EntryIs& wanted) {
   std::vector<SeenEntry> all;
   for (std::size_t at = since; at < tester.packets().size(); ++at) {
-    Packet& packet = tester.packets()[at];
-    if (packet.sent || packet.from.address != profile.device || !is_sd(packet)) {
+    std::ranges::copy_if(entries_of(tester.packets()[at]), std::back_inserter(all), wanted);
+  }
+  return all;
+}
+
+std::vector<SeenEntry> Trial::entries_of(Packet& packet) const {
+  std::vector<SeenEntry> all;
+  if (packet.sent || packet.from.address != profile.device || !is_sd(packet)) {
+    return all;
+  }
+  for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {
+    // Message ID alone: what else is wrong in the header, a case is to find.
+    if (value(message->header.service) != 0xffff || value(message->header.method) != 0x8100) {
       continue;
     }
-    for (someip::MessageCursor cursor{packet.bytes}; const auto message = cursor.next();) {
-      // Message ID alone: what else is wrong in the header, a case is to find.
-      if (value(message->header.service) != 0xffff || value(message->header.method) != 0x8100) {
-        continue;
-      }
-      const auto decoded = sd::decode(message->payload);
-      for (std::size_t index = 0; decoded && index < decoded->entry_count(); ++index) {
-        SeenEntry seen{&packet, message->header, *decoded, decoded->entry(index)};
-        if (wanted(seen)) {
-          all.push_back(std::move(seen));
-        }
-      }
+    const auto decoded = sd::decode(message->payload);
+    for (std::size_t index = 0; decoded && index < decoded->entry_count(); ++index) {
+      all.push_back({&packet, message->header, *decoded, decoded->entry(index)});
     }
   }
   return all;
@@ -161,6 +165,9 @@ void Trial::send_sd(const SdStimulus& stimulus, bool multicast, const char* what
   const SdSessions::Next next = sessions.next(to);
   tester.send_sd(stimulus.encode(next.session, next.reboot), to);
   comment(&tester.packets().back(), what);
+  asked_all_ = asked_all_ || (multicast && std::ranges::any_of(stimulus.entries, [](const sd::Entry& one) {
+                                return one.type == sd::EntryType::find_service;
+                              }));
 }
 
 Trial::EntryIs Trial::is_offer(const ServiceProfile& service) {
@@ -311,6 +318,19 @@ void Trial::unsubscribe(SdStimulus stimulus) {
     entry.ttl_s = 0;
   }
   send_sd(stimulus, false, "StopSubscribeEventgroup");
+}
+
+SdStimulus Trial::offer_of(const UsedService& used, std::vector<Bytes> endpoints, std::uint32_t ttl_s) {
+  SdStimulus message;
+  message.entries = {{.type = sd::EntryType::offer_service,
+                      .first_run = {.index = 0, .count = static_cast<std::uint8_t>(endpoints.size())},
+                      .service = used.service,
+                      .instance = used.instance,
+                      .major = used.major,
+                      .ttl_s = ttl_s,
+                      .tail = 0}};
+  message.options = std::move(endpoints);
+  return message;
 }
 
 void Trial::offer_ours(const SdStimulus& offer) {
@@ -524,6 +544,11 @@ void Trial::send_bytes(ByteView datagram) {
 }
 
 void Trial::pass() {
+  if (profile.services.empty()) {
+    // Whatever it would answer to changes what it does next.
+    tester.receive(profile.timing.answer_within, [] { return false; });
+    return;
+  }
   if (!alive()) {
     fail("the device does not answer any more");
   }
@@ -538,6 +563,44 @@ SeenMessage Trial::event(someip::MethodId event, std::size_t since) {
   fail(fmt::format("event {:#06x} does not come", value(event)));
 }
 
+EventSource Trial::source() {
+  if (const auto one = event_source(profile)) {
+    return *one;
+  }
+  unsupported("no event in the profile that can be waited for");
+}
+
+SdStimulus Trial::subscribe(const EventSource& source, std::uint32_t ttl_s) {
+  return subscribe(profile.service(), source.group, {own_endpoint()}, ttl_s);
+}
+
+void Trial::ask_for(const EventSource& source) {
+  if (source.trigger) {
+    Call trigger = call(*source.trigger);
+    trigger.type = MessageType::request_no_return;
+    send(trigger);
+  }
+}
+
+std::vector<SeenMessage> Trial::all_events(const EventSource& source) {
+  const std::size_t since = now();
+  ask_for(source);
+  tester.receive(2 * source.cycle, [] { return false; });
+  pass();
+  return messages_since(since, is_event(source.event));
+}
+
+SeenMessage Trial::event(const EventSource& source) {
+  const std::size_t since = now();
+  ask_for(source);
+  if (auto seen =
+          await_message(since, 2 * source.cycle + profile.timing.answer_within * 2, is_event(source.event))) {
+    comment(seen->packet, "the event");
+    return *seen;
+  }
+  fail(fmt::format("event {:#06x} does not come", value(source.event)));
+}
+
 bool Trial::answers_find() {
   for (int count = 0; count < tries; ++count) {
     const std::size_t since = now();
@@ -545,7 +608,8 @@ bool Trial::answers_find() {
     // By an offer of the service: an entry of another type may be a late answer to what a case has sent.
     // Which other fields are right is for the cases.
     if (await_entry(since, profile.timing.answer_within, [this](const SeenEntry& seen) {
-          return seen.packet->to == tester.sd() && seen.entry.kind() == sd::EntryKind::offer_service &&
+          return (seen.packet->to == tester.sd() || profile.policy.multicast_find_answers) &&
+                 seen.entry.kind() == sd::EntryKind::offer_service &&
                  seen.entry.service == profile.service().service;
         })) {
       return true;
@@ -577,7 +641,27 @@ bool Trial::offers_by_itself() {
              .has_value();
 }
 
+bool Trial::subscribes() {
+  const UsedService& used = profile.used_by_itself();
+  const SdStimulus offer = offer_of(used, {own_endpoint()});
+  for (int count = 0; count < tries; ++count) {
+    const std::size_t since = now();
+    send_sd(offer, true, "check: is the device there?");
+    const auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
+      return one.entry.kind() == sd::EntryKind::subscribe_eventgroup && one.entry.service == used.service;
+    });
+    withdraw(offer);
+    if (seen) {
+      return true;
+    }
+  }
+  return false;
+}
+
 bool Trial::is_there() {
+  if (profile.services.empty()) {
+    return subscribes();
+  }
   finds_ = answers_find();
   requests_ = requests_ && answers_request();
   offers_only_ = !finds_ && !requests_ && offers_by_itself();
@@ -585,6 +669,9 @@ bool Trial::is_there() {
 }
 
 bool Trial::alive() {
+  if (profile.services.empty()) {
+    return subscribes();
+  }
   return (!finds_ || answers_find()) && (!requests_ || answers_request()) &&
          (!offers_only_ || offers_by_itself());
 }
@@ -607,27 +694,31 @@ void Trial::clean_up() {
     withdraw(offers_.front());
   }
   offers_.clear();
+  if (std::exchange(asked_all_, false)) {
+    tester.receive(response_delay, [] { return false; });
+  }
   close_ports();
 }
 
-std::optional<std::size_t> Trial::new_life_since(std::size_t since, WallTime began) {
-  std::vector<SdSign> signs;
-  std::vector<std::size_t> places;
-  std::size_t before = 0;
-  for (const SeenEntry& seen : entries_since(0, [](const SeenEntry&) { return true; })) {
-    const std::size_t place = seen.packet->number - 1;
-    if (places.empty() || places.back() != place) {
-      places.push_back(place);
-      signs.push_back({.time = seen.packet->time,
-                       .multicast = seen.packet->to == tester.sd_group(),
-                       .session = seen.header.session,
-                       .reboot = seen.message.reboot()});
-      before += place < since ? 1 : 0;
-    }
-    signs.back().offers = signs.back().offers || is_offer(profile.service())(seen);
+std::optional<SdSign> Trial::sign_of(Packet& packet) const {
+  std::optional<SdSign> sign;
+  for (const SeenEntry& seen : entries_of(packet)) {
+    sign = sign.value_or(SdSign{.time = packet.time,
+                                .multicast = packet.to == tester.sd_group(),
+                                .session = seen.header.session,
+                                .reboot = seen.message.reboot()});
+    sign->offers = sign->offers || is_start()(seen);
   }
-  const auto at = begin_of_new_life(signs, before, began, longest_pause(profile.timing));
-  return at ? std::optional{places[*at]} : std::nullopt;
+  return sign;
+}
+
+Trial::EntryIs Trial::is_start() const {
+  if (!profile.services.empty()) {
+    return is_offer(profile.service());
+  }
+  return [&used = profile.used_by_itself()](const SeenEntry& seen) {
+    return seen.entry.kind() == sd::EntryKind::find_service && seen.entry.service == used.service;
+  };
 }
 
 std::size_t Trial::restart(bool at_once) {
@@ -635,13 +726,22 @@ std::size_t Trial::restart(bool at_once) {
   std::size_t since = now();
   if (!profile.lifecycle.restart.empty() || profile.lifecycle.ask_operator) {
     // What it said before stands in what was received, too: its messages have to tell where they begin anew.
-    const auto began =
-        std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now());
+    NewLife life{std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now()),
+                 longest_pause(profile.timing)};
     device.restart(at_once);
     std::optional<std::size_t> begin;
+    std::size_t next = 0;
     tester.receive(within, [&] {
-      begin = new_life_since(since, began);
-      return begin && !entries_since(*begin, is_offer(profile.service())).empty();
+      bool started = false;
+      for (; next < tester.packets().size(); ++next) {
+        if (const auto sign = sign_of(tester.packets()[next]); sign && next < since) {
+          life.before(*sign);
+        } else if (sign) {
+          begin = !begin && life.begins_with(*sign) ? std::optional{next} : begin;
+          started = started || (begin && sign->offers);
+        }
+      }
+      return started;
     });
     // One that shows nothing of it is judged by all that it has said since.
     since = begin.value_or(since);
@@ -649,12 +749,13 @@ std::size_t Trial::restart(bool at_once) {
     device.stop(at_once);
     since = now();  // what it said before is of its life before
     device.start();
-    (void)await_entry(since, within, [&](const SeenEntry& seen) {
-      return is_offer(profile.service())(seen) && seen.message.reboot();
-    });
+    (void)await_entry(since, within,
+                      [&](const SeenEntry& seen) { return is_start()(seen) && seen.message.reboot(); });
   }
-  if (entries_since(since, is_offer(profile.service())).empty()) {
-    fail("the device does not offer its service after it was started");
+  if (entries_since(since, is_start()).empty()) {
+    fail(profile.services.empty()
+             ? "the device does not look for the service that it uses after it was started"
+             : "the device does not offer its service after it was started");
   }
   return since;
 }

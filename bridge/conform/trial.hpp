@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bridge/conform/profile.hpp"
+#include "bridge/conform/restart_signs.hpp"
 #include "bridge/conform/stimulus.hpp"
 #include "bridge/conform/tester.hpp"
 #include "bridge/conform/verdict.hpp"
@@ -161,6 +162,9 @@ class Trial {
   std::optional<SeenEntry> not_acknowledged(const SdStimulus& stimulus);
   /// Ends a subscription that was made before.
   void unsubscribe(SdStimulus stimulus);
+  /// An offer of a service that the device uses, all right, with `endpoints`.
+  [[nodiscard]] static SdStimulus offer_of(const UsedService& used, std::vector<Bytes> endpoints,
+                                           std::uint32_t ttl_s = 30);
   /// Offers a service of ours, by multicast, until this trial ends.
   void offer_ours(const SdStimulus& offer);
   /// Withdraws it.
@@ -215,24 +219,38 @@ class Trial {
   /// Sends bytes from our UDP port to the first service.
   void send_bytes(ByteView datagram);
   /// Asks the device something, so that all that was sent before has been dealt with when it answers. Ends
-  /// the case when it does not answer.
+  /// the case when it does not answer. One without services is given the time for an answer.
   void pass();
 
   /// The event, or the case ends.
   SeenMessage event(someip::MethodId event, std::size_t since);
+  /// The event of the profile that can be waited for; ends the case when there is none.
+  [[nodiscard]] EventSource source();
+  /// A subscription to it, at our own UDP port.
+  [[nodiscard]] SdStimulus subscribe(const EventSource& source, std::uint32_t ttl_s = 30);
+  /// Tells the device to send it, where it does not do so by itself.
+  void ask_for(const EventSource& source);
+  /// Asks for it, and waits until it must have come.
+  /// @return what came of it.
+  std::vector<SeenMessage> all_events(const EventSource& source);
+  /// Asks for it, and waits for it; ends the case when it does not come.
+  SeenMessage event(const EventSource& source);
 
   /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one, or,
-  /// where it does neither, it repeats its offers. Each way in which it does is what alive() asks for from
-  /// then on.
+  /// where it does neither, it repeats its offers; one without services subscribes to what it uses. Each way
+  /// in which it does is what alive() asks for from then on.
   bool is_there();
   bool alive();
   /// Ours, UDP and TCP: next time there are new ones.
   void close_ports();
   /// Ends all subscriptions that this trial has made, and closes its ports.
   void clean_up();
-  /// Restarts the device, and waits until it offers its first service: as long as the profile says
-  /// (ready_within). Where it is restarted by a command or a person, it is its own messages that show the
-  /// restart (restart_signs.hpp). Ends the case when no offer comes.
+  /// What a device sends when it has started: an offer of its first service; where it has none, a Find for
+  /// the service that it uses.
+  [[nodiscard]] EntryIs is_start() const;
+  /// Restarts the device, and waits until it has started: as long as the profile says (ready_within). Where
+  /// it is restarted by a command or a person, it is its own messages that show the restart
+  /// (restart_signs.hpp). Ends the case when it does not start.
   /// @return the place in what was received where its new life begins.
   std::size_t restart(bool at_once = false);
 
@@ -254,7 +272,11 @@ class Trial {
   bool answers_find();
   bool answers_request();
   bool offers_by_itself();
-  [[nodiscard]] std::optional<std::size_t> new_life_since(std::size_t since, WallTime began);
+  /// Whether the device takes a service that it uses: all that one without services answers to.
+  bool subscribes();
+  [[nodiscard]] std::vector<SeenEntry> entries_of(Packet& packet) const;
+  /// Of what the device sent to service discovery.
+  [[nodiscard]] std::optional<SdSign> sign_of(Packet& packet) const;
 
   bool finds_ = true;
   bool requests_;
@@ -264,6 +286,7 @@ class Trial {
   std::uint16_t session_ = 0;
   std::vector<SdStimulus> subscriptions_;
   std::vector<SdStimulus> offers_;
+  bool asked_all_ = false;  ///< a Find went to the group
   std::vector<Endpoint> sd_endpoints_;
   std::vector<Difference> differences_;
   std::string nonstrict_;

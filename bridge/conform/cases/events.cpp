@@ -15,26 +15,36 @@ void send_trigger(Trial& t, std::uint16_t method) {
   t.send(call);
 }
 
-/// The event 0x8001, which comes after it was asked for, with a field of it that has to be right.
-auto triggered(void (*judge)(Trial& t, const SeenMessage& seen), std::uint16_t method = 0x03,
-               someip::MethodId event = event_uint8, someip::EventgroupId group = someip::EventgroupId{2}) {
+/// An event that comes, with a field of it that has to be right.
+auto subscribed(void (*judge)(Trial& t, const SeenMessage& seen)) {
   return [=](Trial& t) {
-    t.acknowledged(t.subscribe(t.profile.service(), group, {t.own_endpoint()}));
-    const std::size_t since = t.now();
-    send_trigger(t, method);
-    judge(t, t.event(event, since));
+    const EventSource source = t.source();
+    t.acknowledged(t.subscribe(source));
+    judge(t, t.event(source));
   };
 }
 
-/// Whatever notification comes first for the subscription to eventgroup 2; the case ends when none does.
+/// The same of an event of eventgroup 2 of the Enhanced Testability Service.
+auto triggered(std::uint16_t method, someip::MethodId event) {
+  return [=](Trial& t) {
+    t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
+    const std::size_t since = t.now();
+    send_trigger(t, method);
+    t.event(event, since);
+  };
+}
+
+/// Whatever notification comes first for the subscription; the case ends when none does.
 SeenMessage any_notification(Trial& t) {
-  t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
+  const EventSource source = t.source();
+  t.acknowledged(t.subscribe(source));
   t.pass();
   const std::size_t since = t.now();
-  send_trigger(t, 0x03);
-  const auto seen = t.await_message(since, t.profile.timing.answer_within, [&](const SeenMessage& one) {
+  t.ask_for(source);
+  const Duration within = t.profile.timing.answer_within + 2 * source.cycle;
+  const auto seen = t.await_message(since, within, [&](const SeenMessage& one) {
     return one.message.header.service == t.profile.service().service &&
-           (value(one.message.header.method) & 0x7fffU) == (value(event_uint8) & 0x7fffU) &&
+           (value(one.message.header.method) & 0x7fffU) == (value(source.event) & 0x7fffU) &&
            one.packet->to == t.tester.local(t.udp());
   });
   if (!seen) {
@@ -89,13 +99,13 @@ void add_event_cases(Cases& cases) {
        .title = "sends an event to its subscriber",
        .requirements = {"feat_req_someipsd_204", "feat_req_someipsd_787"},
        .tc8 = {"SOMEIP_ETS_147"},
-       .needs = ets,
-       .run = triggered(nothing)},
+       .needs = Need::event,
+       .run = subscribed(nothing)},
       {.id = "event.id-bit",
        .title = "sends events whose id has the top bit set",
        .requirements = {"feat_req_someip_67"},
        .tc8 = {"SOMEIPSRV_BASIC_03"},
-       .needs = ets,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
              const SeenMessage seen = any_notification(t);
@@ -104,7 +114,7 @@ void add_event_cases(Cases& cases) {
       {.id = "event.message-type",
        .title = "sends events as notifications",
        .requirements = {"feat_req_someip_684"},
-       .needs = ets,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
              const SeenMessage seen = any_notification(t);
@@ -114,15 +124,15 @@ void add_event_cases(Cases& cases) {
       {.id = "event.return-code",
        .title = "sends events with return code 0",
        .requirements = {"feat_req_someip_144", "feat_req_someip_683"},
-       .needs = ets,
-       .run = triggered([](Trial& t, const SeenMessage& seen) {
+       .needs = Need::event,
+       .run = subscribed([](Trial& t, const SeenMessage& seen) {
          t.equal("Return Code", someip::ReturnCode::ok, seen.message.header.return_code, seen.packet);
        })},
       {.id = "event.interface-version",
        .title = "sends events with the major version of the service",
        .requirements = {"feat_req_someip_92"},
-       .needs = ets,
-       .run = triggered([](Trial& t, const SeenMessage& seen) {
+       .needs = Need::event,
+       .run = subscribed([](Trial& t, const SeenMessage& seen) {
          t.equal("Interface Version", t.profile.service().major, seen.message.header.interface_version,
                  seen.packet);
        })},
@@ -130,8 +140,8 @@ void add_event_cases(Cases& cases) {
        .title = "sends events from the offered UDP port",
        .requirements = {"feat_req_someipsd_758", "feat_req_someipsd_797"},
        .tc8 = {"SOMEIPSRV_SD_MESSAGE_09"},
-       .needs = ets,
-       .run = triggered([](Trial& t, const SeenMessage& seen) {
+       .needs = Need::event,
+       .run = subscribed([](Trial& t, const SeenMessage& seen) {
          t.equal("UDP source port", t.udp_of(t.profile.service()).port, seen.packet->from.port, seen.packet);
        })},
       {.id = "event.once",
@@ -156,13 +166,13 @@ void add_event_cases(Cases& cases) {
        .requirements = {"feat_req_someipsd_787"},
        .tc8 = {"SOMEIP_ETS_148"},
        .needs = ets,
-       .run = triggered(nothing, 0x04, someip::MethodId{0x8002})},
+       .run = triggered(0x04, someip::MethodId{0x8002})},
       {.id = "event.e2e-shaped",
        .title = "sends an event that has the shape of end-to-end protection",
        .requirements = {"feat_req_someipsd_787"},
        .tc8 = {"SOMEIP_ETS_149"},
        .needs = ets,
-       .run = triggered(nothing, 0x06, someip::MethodId{0x8004})},
+       .run = triggered(0x06, someip::MethodId{0x8004})},
       {.id = "event.multicast",
        .title = "sends events of a multicast eventgroup to its group",
        .requirements = {"feat_req_someip_811", "feat_req_someipsd_763"},
@@ -217,14 +227,11 @@ void add_event_cases(Cases& cases) {
       {.id = "event.not-subscribed",
        .title = "sends no events to whom has not subscribed",
        .requirements = {"feat_req_someip_807", "feat_req_someipsd_204"},
-       .needs = ets,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
              t.udp();
-             const std::size_t since = t.now();
-             send_trigger(t, 0x03);
-             t.pass();
-             for (const SeenMessage& seen : t.messages_since(since, t.is_event(event_uint8))) {
+             for (const SeenMessage& seen : t.all_events(t.source())) {
                t.different("event", "none", "one", seen.packet);
              }
            }},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 namespace trestle::conform {
 
@@ -31,19 +32,11 @@ void OurService::move() {
 }
 
 SdStimulus OurService::offer_message(std::uint32_t ttl_s) const {
-  SdStimulus message;
-  message.options = {endpoint_option(udp(), Transport::udp)};
+  std::vector<Bytes> endpoints{endpoint_option(udp(), Transport::udp)};
   if (tcp_) {
-    message.options.push_back(endpoint_option(t_.tester.local(*tcp_), Transport::tcp));
+    endpoints.push_back(endpoint_option(t_.tester.local(*tcp_), Transport::tcp));
   }
-  message.entries = {{.type = sd::EntryType::offer_service,
-                      .first_run = {.index = 0, .count = static_cast<std::uint8_t>(message.options.size())},
-                      .service = used_.service,
-                      .instance = used_.instance,
-                      .major = used_.major,
-                      .ttl_s = ttl_s,
-                      .tail = 0}};
-  return message;
+  return Trial::offer_of(used_, std::move(endpoints), ttl_s);
 }
 
 std::optional<SeenEntry> OurService::subscribe_since(std::size_t since, Duration within,

@@ -38,6 +38,37 @@ auto ignored(void (*change)(sd::Entry& find, const ServiceProfile& service)) {
 
 void nothing(sd::Entry&, const ServiceProfile&) {}
 
+/// A Find by multicast, so long after a cyclic offer, that has to be answered by multicast: before the next
+/// cyclic offer, which would look like the answer.
+void answered_by_multicast(Trial& t, std::uint8_t flags, Duration after) {
+  if (!t.profile.policy.multicast_find_answers) {
+    t.unsupported("the profile says that Finds are answered by unicast (policy: multicast_find_answers)");
+  }
+  const Duration cycle = *t.profile.timing.cyclic_offer_delay;
+  const auto is_answer = [&](const SeenEntry& seen) {
+    return Trial::is_offer(t.profile.service())(seen) && seen.packet->to == t.tester.sd_group();
+  };
+  for (int count = 0; count < 3; ++count) {
+    // Two with a cycle between them: in the repetition phase the next one may come at any time.
+    std::optional<WallTime> last;
+    for (bool cyclic = false; !cyclic;) {
+      const auto seen = t.await_entry(t.now(), 3 * cycle, is_answer);
+      if (!seen) {
+        t.fail("no cyclic offer");
+      }
+      cyclic = last && seen->packet->time - *last > cycle * 3 / 4;
+      last = seen->packet->time;
+    }
+    t.tester.receive(after, [] { return false; });
+    const std::size_t since = t.now();
+    t.send_sd({.entries = {Trial::find_entry(t.profile.service())}, .flags = flags}, true, "FindService");
+    if (t.await_entry(since, cycle * 3 / 4 - after, is_answer)) {
+      return;
+    }
+  }
+  t.fail("no offer by multicast between two cyclic ones");
+}
+
 std::vector<someip::InstanceId> instances_of(const Profile& profile) {
   std::vector<someip::InstanceId> all;
   for (const ServiceProfile& one : profile.services) {
@@ -140,22 +171,18 @@ void add_sd_find_cases(Cases& cases) {
        .level = tc8,
        .requirements = {"feat_req_someipsd_91"},
        .tc8 = {"SOMEIPSRV_SD_BEHAVIOR_04"},
+       .needs = Need::cyclic_offers,
+       .run = [](Trial& t) { answered_by_multicast(t, 0, Duration{0}); }},
+      {.id = "sd.find.late-multicast-answer",
+       .title = "answers a Find by multicast when half a cycle has passed since its last offer",
+       .level = tc8,
+       .requirements = {"feat_req_someipsd_90"},
+       .tc8 = {"SOMEIPSRV_SD_BEHAVIOR_03"},
+       .needs = Need::cyclic_offers,
        .run =
            [](Trial& t) {
-             if (!t.profile.policy.multicast_find_answers) {
-               t.unsupported(
-                   "the profile says that Finds are answered by unicast (policy: multicast_find_answers)");
-             }
-             const std::size_t since = t.now();
-             t.send_sd({.entries = {Trial::find_entry(t.profile.service())}, .flags = 0}, true,
-                       "FindService");
-             const auto seen =
-                 t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
-                   return Trial::is_offer(t.profile.service())(one) && one.packet->to == t.tester.sd_group();
-                 });
-             if (!seen) {
-               t.fail("no offer by multicast");
-             }
+             answered_by_multicast(t, sd::unicast_flag | sd::explicit_initial_data_flag,
+                                   *t.profile.timing.cyclic_offer_delay * 11 / 20);
            }},
       {.id = "sd.find.unreferenced-options",
        .title = "answers a Find in a message with ten options that nothing refers to",

@@ -301,18 +301,15 @@ void add_sd_option_cases(Cases& cases) {
       {.id = "sd.endpoint-option.reboot",
        .title = "keeps the sessions of an SD endpoint apart from those of the sender's address",
        .requirements = {"feat_req_someipsd_1084", "feat_req_someipsd_765"},
-       .needs = Need::ets | Need::eventgroup,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
-             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
+             const EventSource source = t.source();
+             t.acknowledged(t.subscribe(source));
              // Session 1 with the reboot flag: of the sender's own relation it would be a reboot.
              Channel channel{t};
              answer_there(t, channel, find(t), sd::EntryType::offer_service);
-             const std::size_t since = t.now();
-             Call trigger = t.call(someip::MethodId{0x03});
-             trigger.type = someip::MessageType::request_no_return;
-             t.send(trigger);
-             t.event(someip::MethodId{0x8001}, since);
+             t.event(source);
            }},
       {.id = "sd.endpoint-option.not-sent",
        .title = "refers to no SD endpoint in its offers",
@@ -405,12 +402,22 @@ void add_sd_option_cases(Cases& cases) {
              const auto both = versions(t);
              sd::Entry entry = Trial::find_entry(*both[0]);
              entry.major = both[0]->major;
-             const std::size_t since = t.now();
-             t.answer_to_find(entry, true, *both[0]);
-             t.pass();
-             for (const SeenEntry& seen : t.entries_since(since, is_offer_of_version(*both[1]))) {
-               t.require(seen.packet->to != t.tester.sd(), "major version of the answer",
-                         std::to_string(both[0]->major), std::to_string(seen.entry.major), seen.packet);
+             // What comes once may be a late answer to a Find of before.
+             for (int round = 1;; ++round) {
+               const std::size_t since = t.now();
+               t.answer_to_find(entry, true, *both[0]);
+               t.pass();
+               const auto others = t.entries_since(since, [&](const SeenEntry& seen) {
+                 return is_offer_of_version(*both[1])(seen) && seen.packet->to == t.tester.sd();
+               });
+               if (others.empty()) {
+                 return;
+               }
+               if (round == 3) {
+                 t.different("major version of the answer", std::to_string(both[0]->major),
+                             std::to_string(others.front().entry.major), others.front().packet);
+                 return;
+               }
              }
            }},
       {.id = "sd.versions.requests",

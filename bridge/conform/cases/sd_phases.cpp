@@ -101,15 +101,8 @@ void stop_offer(Trial& t) {
   t.equal("minor version", service.minor, seen->entry.minor(), seen->packet);
 }
 
-void trigger(Trial& t) {
-  Call call = t.call(someip::MethodId{0x03});
-  call.type = someip::MessageType::request_no_return;
-  t.send(call);
-}
-
-void no_event(Trial& t, std::size_t since, const char* why) {
-  t.pass();
-  for (const SeenMessage& seen : t.messages_since(since, t.is_event(someip::MethodId{0x8001}))) {
+void no_event(Trial& t, const EventSource& source, const char* why) {
+  for (const SeenMessage& seen : t.all_events(source)) {
     t.different("event", std::string{"none, "} + why, "one", seen.packet);
     return;
   }
@@ -145,53 +138,43 @@ void add_sd_phase_cases(Cases& cases) {
       {.id = "sd.subscription.stop-ends-events",
        .title = "sends no events any more after a StopSubscribe",
        .requirements = {"feat_req_someipsd_1297", "feat_req_someip_807"},
-       .needs = Need::ets | Need::eventgroup,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
-             const SdStimulus stimulus =
-                 t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()});
+             const EventSource source = t.source();
+             const SdStimulus stimulus = t.subscribe(source);
              t.acknowledged(stimulus);
-             std::size_t since = t.now();
-             trigger(t);
-             t.event(someip::MethodId{0x8001}, since);
+             t.event(source);
              t.unsubscribe(stimulus);
              t.pass();
-             since = t.now();
-             trigger(t);
-             no_event(t, since, "as the subscription has ended");
+             no_event(t, source, "as the subscription has ended");
            }},
       {.id = "sd.subscription.ttl-expires",
        .title = "sends no events any more when the TTL of a subscription is over",
        .requirements = {"feat_req_someipsd_445", "feat_req_someip_807"},
        .tc8 = {"SOMEIP_ETS_095"},
-       .needs = Need::ets | Need::eventgroup,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
-             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}, 1));
-             std::size_t since = t.now();
-             trigger(t);
-             t.event(someip::MethodId{0x8001}, since);
+             const EventSource source = t.source();
+             t.acknowledged(t.subscribe(source, 1));
+             t.event(source);
              t.tester.receive(1500ms, [] { return false; });
-             since = t.now();
-             trigger(t);
-             no_event(t, since, "as the TTL is over");
+             no_event(t, source, "as the TTL is over");
            }},
       {.id = "sd.reboot.ends-subscriptions",
        .title = "ends the subscriptions of a client that was restarted",
        .requirements = {"feat_req_someipsd_764", "feat_req_someipsd_871"},
        .tc8 = {"SOMEIP_ETS_094"},
-       .needs = Need::ets | Need::eventgroup,
+       .needs = Need::event,
        .run =
            [](Trial& t) {
-             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
-             std::size_t since = t.now();
-             trigger(t);
-             t.event(someip::MethodId{0x8001}, since);
+             const EventSource source = t.source();
+             t.acknowledged(t.subscribe(source));
+             t.event(source);
              t.sessions.reboot();
              t.pass();
-             since = t.now();
-             trigger(t);
-             no_event(t, since, "as the client was restarted");
+             no_event(t, source, "as the client was restarted");
            }},
       {.id = "sd.reboot.initial-events-again",
        .title = "sends initial events again to a client that was restarted",

@@ -40,6 +40,48 @@ void still_serves(Trial& t) {
   t.good_answer_to(over_tcp(t.request()));
 }
 
+/// As a client sends it.
+Bytes magic_cookie() {
+  return Call{.service = someip::ServiceId{0xffff},
+              .method = someip::MethodId{0x0000},
+              .interface_version = 1,
+              .type = someip::MessageType::request_no_return,
+              .client = someip::ClientId{0xdead},
+              .session = someip::SessionId{0xbeef}}
+      .encode();
+}
+
+/// A request behind a Magic Cookie, a header whose Length is too small, and the same again.
+void resynchronises(Trial& t) {
+  const PortId connection = t.tcp();
+  Bytes good = magic_cookie();
+  append(good, requests(t, 1));
+  std::size_t since = t.now();
+  t.tester.send(connection, good);
+  expect_answers(t, since, 1);
+  Call broken = t.request();
+  broken.length = 3;
+  Bytes stream = broken.encode();
+  append(stream, good);
+  since = t.now();
+  t.tester.send(connection, stream);
+  const auto answered = [&] {
+    return !t.messages_since(since, [](const SeenMessage& seen) {
+               return seen.message.header.client == someip::ClientId{0x5a41};
+             }).empty();
+  };
+  t.tester.receive(t.profile.timing.answer_within,
+                   [&] { return answered() || t.tester.is_closed(connection); });
+  if (answered()) {
+    return;
+  }
+  if (!t.tester.is_closed(connection)) {
+    t.fail("no answer after a Magic Cookie, and the connection is still there");
+  }
+  t.nonstrict("the device closes the connection, and does not look for the next Magic Cookie");
+  still_serves(t);
+}
+
 }  // namespace
 
 void add_tcp_cases(Cases& cases) {
@@ -166,13 +208,7 @@ void add_tcp_cases(Cases& cases) {
        .needs = call,
        .run =
            [](Trial& t) {
-             const Call cookie{.service = someip::ServiceId{0xffff},
-                               .method = someip::MethodId{0x0000},
-                               .interface_version = 1,
-                               .type = someip::MessageType::request_no_return,
-                               .client = someip::ClientId{0xdead},
-                               .session = someip::SessionId{0xbeef}};
-             Bytes stream = cookie.encode();
+             Bytes stream = magic_cookie();
              append(stream, requests(t, 1));
              const PortId connection = t.tcp();
              const std::size_t since = t.now();
@@ -185,6 +221,12 @@ void add_tcp_cases(Cases& cases) {
                t.different("answer to the cookie", "none", "one", seen.packet);
              }
            }},
+      {.id = "tcp.resynchronisation",
+       .title = "finds its step again at the next Magic Cookie, on the same connection",
+       .level = should,
+       .requirements = {"feat_req_someip_586"},
+       .needs = call,
+       .run = resynchronises},
       {.id = "tcp.survives.garbage",
        .title = "serves a new connection after garbage came on another one",
        .requirements = {"feat_req_someip_586"},

@@ -82,6 +82,9 @@ TEST(Profile, TellsWhereAMistakeIs) {
       errors_of(std::string{small} + "speed_of_light: 1\n"),
       ElementsAre(testing::HasSubstr(
           "known here: name, version, network, services, uses, ets, tp, timing, policy, lifecycle, faults")));
+  EXPECT_THAT(
+      errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\n"),
+      ElementsAre(testing::HasSubstr("expected 'services' that the device offers, or one that it uses")));
   EXPECT_FALSE(errors_of("").empty());
   EXPECT_FALSE(errors_of("name: [").empty());
 }

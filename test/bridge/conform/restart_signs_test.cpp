@@ -18,7 +18,14 @@ SdSign offer(Duration time, std::uint16_t session) {
 
 /// The restart begins at 10 s, after the first message.
 std::optional<std::size_t> begin_of(const std::vector<SdSign>& messages, std::optional<Duration> pause = {}) {
-  return begin_of_new_life(messages, 1, WallTime{10s}, pause);
+  NewLife life{WallTime{10s}, pause};
+  life.before(messages.front());
+  for (std::size_t at = 1; at < messages.size(); ++at) {
+    if (life.begins_with(messages[at])) {
+      return at;
+    }
+  }
+  return std::nullopt;
 }
 
 TEST(NewLife, BeginsWithTheFirstSession) {
