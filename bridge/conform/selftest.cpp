@@ -96,6 +96,31 @@ FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::
   return result;
 }
 
+/// On a busy machine a tester stalls, and what it finds then is no failure. What such cases left open is
+/// tried again when nothing else goes on: faults that nobody has found, and cases that have not failed.
+void try_again(SelftestResult& result, const Profile& profile, const std::vector<const Case*>& cases,
+               const SelftestOptions& options, Known& known) {
+  for (FaultResult& one : result.faults) {
+    const std::vector<std::string> blind = result.blind_cases();
+    std::vector<const Case*> open;
+    std::ranges::copy_if(cases, std::back_inserter(open), [&](const Case* each) {
+      const bool unjudged = std::ranges::find(one.unjudged, each->id) != one.unjudged.end();
+      return unjudged && (one.found_by.empty() || std::ranges::find(blind, each->id) != blind.end());
+    });
+    if (open.empty() || (options.cancelled && options.cancelled())) {
+      continue;
+    }
+    const FaultResult again = try_fault(one.fault, profile, open, options, known);
+    one.found_by.insert(one.found_by.end(), again.found_by.begin(), again.found_by.end());
+    std::erase_if(one.unjudged, [&](const std::string& id) {
+      return std::ranges::find(again.found_by, id) != again.found_by.end();
+    });
+    if (options.on_fault) {
+      options.on_fault(one);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<FaultRow> read_faults(const std::string& lines) {
@@ -175,6 +200,7 @@ SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& 
       options.on_fault(result.faults[index]);
     }
   });
+  try_again(result, profiles.front(), cases, options, known);
   return result;
 }
 

@@ -47,7 +47,8 @@ struct SelftestOptions {
   /// the case has failed with another one.
   bool every_pair = false;
   unsigned jobs = 1;  ///< devices at once, where the profile can start several
-  /// Called by one thread at a time, in any order. Without a fault:
+  /// Called by one thread at a time, in any order; of a fault again when a second look has found more.
+  /// Without a fault:
   std::function<void(const CaseResult& result)> on_case{};
   std::function<void(const FaultResult& result)> on_fault{};
 };

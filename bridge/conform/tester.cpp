@@ -191,6 +191,12 @@ Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_po
 
 Tester::~Tester() = default;
 
+bool Tester::is_ours(const IpAddress& address) {
+  const someip::Descriptor fd{open_socket(SOCK_DGRAM, address.v6)};
+  const SocketAddress own = to_system({address, 0});
+  return ::bind(fd.get(), own.get(), own.size) == 0;
+}
+
 Tester::Port& Tester::port(PortId id) const {
   return *ports_.at(id);
 }

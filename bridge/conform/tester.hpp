@@ -33,6 +33,9 @@ class Tester {
   Tester(const Tester&) = delete;
   Tester& operator=(const Tester&) = delete;
 
+  /// Whether this host has the address.
+  [[nodiscard]] static bool is_ours(const IpAddress& address);
+
   [[nodiscard]] Endpoint sd() const noexcept { return {own_, sd_port_}; }
   [[nodiscard]] Endpoint sd_group() const noexcept { return {group_, sd_port_}; }
 

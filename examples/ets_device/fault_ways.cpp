@@ -59,6 +59,26 @@ std::size_t options_at(std::span<const std::uint8_t> bytes) {
   return entries_at + u32(bytes, 20) + 4;
 }
 
+unsigned type_of(std::span<const std::uint8_t> option) {
+  const unsigned type = option[2];
+  return (type & 0x0fU) == 6 ? type - 2 : type;
+}
+
+Receiver receiver_in(std::span<const std::uint8_t> option) {
+  return {.address = {option.begin() + 4, option.end() - 4}, .port = u16(option, port_in(option))};
+}
+
+void each_option(Span sd_message, const EntryDo& look) {
+  for (std::size_t at = options_at(sd_message); at + 3 <= sd_message.size();) {
+    const std::size_t size = 3 + u16(sd_message, at);
+    if (at + size > sd_message.size()) {
+      return;
+    }
+    look(sd_message.subspan(at, size));
+    at += size;
+  }
+}
+
 bool is_offer(std::span<const std::uint8_t> entry) {
   return entry[0] == 1 && u24(entry, 9) != 0;
 }
@@ -120,13 +140,13 @@ Out entry(EntryIs wanted, EntryDo change) {
 
 Out option(std::uint8_t type, EntryDo change) {
   return sd([=](Span bytes) {
-    for (std::size_t at = options_at(bytes); at + 3 <= bytes.size(); at += 3 + u16(bytes, at)) {
-      if (bytes[at + 2] == type && at + 3 + u16(bytes, at) <= bytes.size()) {
-        const std::size_t size = 3 + u16(bytes, at);
-        change(bytes.subspan(at, size));
-        return;  // its length may be another one now
+    bool done = false;
+    each_option(bytes, [&](Span one) {
+      if (!done && type_of(one) == type) {
+        change(one);
+        done = true;
       }
-    }
+    });
   });
 }
 

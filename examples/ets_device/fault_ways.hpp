@@ -30,7 +30,27 @@ inline constexpr std::size_t entries_at = 24;  ///< the first entry of an SD mes
 /// The first option of an SD message.
 [[nodiscard]] std::size_t options_at(std::span<const std::uint8_t> bytes);
 
+/// Of an endpoint over IPv4 or IPv6: its type as that of IPv4, 0x04, 0x14 or 0x24; of another option: its
+/// type.
+[[nodiscard]] unsigned type_of(std::span<const std::uint8_t> option);
+/// Places in an endpoint option, which ends with them whatever address it has.
+[[nodiscard]] inline std::size_t port_in(std::span<const std::uint8_t> option) {
+  return option.size() - 2;
+}
+[[nodiscard]] inline std::size_t protocol_in(std::span<const std::uint8_t> option) {
+  return option.size() - 3;
+}
+[[nodiscard]] inline std::size_t reserved_in(std::span<const std::uint8_t> option) {
+  return option.size() - 4;
+}
+[[nodiscard]] inline std::size_t end_of_address_in(std::span<const std::uint8_t> option) {
+  return option.size() - 5;
+}
+[[nodiscard]] Receiver receiver_in(std::span<const std::uint8_t> option);
+
 using EntryDo = std::function<void(Span entry)>;
+/// The options of an SD message, from the first one on, as long as they are whole.
+void each_option(Span sd_message, const EntryDo& look);
 using EntryIs = bool (*)(std::span<const std::uint8_t> entry);
 
 /// Of an entry, also by its TTL.
@@ -50,7 +70,8 @@ using EntryIs = bool (*)(std::span<const std::uint8_t> entry);
 [[nodiscard]] Out sd(std::function<void(Span)> change);
 /// In each such entry.
 [[nodiscard]] Out entry(EntryIs wanted, EntryDo change);
-/// In each option of such a type. With its Length and Type fields.
+/// In each option of such a type. With its Length and Type fields. The type of an endpoint over IPv4 stands
+/// for that over IPv6, too.
 [[nodiscard]] Out option(std::uint8_t type, EntryDo change);
 /// The message gets lost that has such an entry.
 [[nodiscard]] Out lose(EntryIs wanted);

@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -30,34 +32,65 @@ bool is_stream(int fd) {
 bool is_ip(int fd) {
   int domain = 0;
   socklen_t size = sizeof domain;
-  return getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain == AF_INET;
+  return getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 &&
+         (domain == AF_INET || domain == AF_INET6);
+}
+
+/// A socket address of either family, and places in it.
+struct SocketAddress {
+  std::array<std::uint8_t, sizeof(sockaddr_in6)> bytes{};
+
+  [[nodiscard]] bool is_v6() const {
+    sa_family_t family = AF_UNSPEC;
+    std::memcpy(&family, bytes.data() + offsetof(sockaddr_in, sin_family), sizeof family);
+    return family == AF_INET6;
+  }
+  [[nodiscard]] Span address() {
+    return is_v6() ? Span{bytes}.subspan(offsetof(sockaddr_in6, sin6_addr), 16)
+                   : Span{bytes}.subspan(offsetof(sockaddr_in, sin_addr), 4);
+  }
+  /// At the same place in both families.
+  [[nodiscard]] Span port() { return Span{bytes}.subspan(offsetof(sockaddr_in, sin_port), 2); }
+
+  [[nodiscard]] Receiver receiver() {
+    return {.address = {address().begin(), address().end()}, .port = port()[0] * 256U + port()[1]};
+  }
+  void set(const Receiver& to) {
+    if (to.address.size() == address().size()) {
+      std::ranges::copy(to.address, address().begin());
+    }
+    port()[0] = static_cast<std::uint8_t>(to.port >> 8U);
+    port()[1] = static_cast<std::uint8_t>(to.port);
+  }
+};
+
+bool is_group(const Bytes& address) {
+  return address.size() == 16 ? address[0] == 0xff : address[0] >> 4U == 0xe;
 }
 
 unsigned port_of(int fd) {
-  sockaddr_in own{};
-  socklen_t size = sizeof own;
-  getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size);
-  return ntohs(own.sin_port);
+  SocketAddress own;
+  socklen_t size = sizeof own.bytes;
+  getsockname(fd, reinterpret_cast<sockaddr*>(own.bytes.data()), &size);
+  return own.receiver().port;
 }
 
-/// Where a datagram goes to; nothing: it is none, or not of IPv4.
-std::optional<sockaddr_in> receiver_of(const msghdr& message) {
-  sockaddr_in to{};
-  if (message.msg_name == nullptr || message.msg_namelen < sizeof to) {
+/// Where a datagram goes to; nothing: it is none.
+std::optional<SocketAddress> receiver_of(const msghdr& message) {
+  SocketAddress to;
+  if (message.msg_name == nullptr || message.msg_namelen < sizeof(sockaddr_in)) {
     return std::nullopt;
   }
-  std::memcpy(&to, message.msg_name, sizeof to);
-  return to.sin_family == AF_INET ? std::optional{to} : std::nullopt;
+  std::memcpy(to.bytes.data(), message.msg_name, std::min<std::size_t>(message.msg_namelen, to.bytes.size()));
+  return to;
 }
 
-void put_out(int fd, void* to, socklen_t to_size, Span bytes, int flags) {
+/// @param how  to whom, and what else the system is told.
+void put_out(int fd, msghdr how, Span bytes, int flags) {
   iovec part{bytes.data(), bytes.size()};
-  msghdr message{};
-  message.msg_name = to;
-  message.msg_namelen = to_size;
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  syscall(SYS_sendmsg, fd, &message, flags);
+  how.msg_iov = &part;
+  how.msg_iovlen = 1;
+  syscall(SYS_sendmsg, fd, &how, flags);
 }
 
 /// The size of the datagrams that a train is to be cut into; nothing: it is one datagram.
@@ -79,25 +112,31 @@ ssize_t send_with_fault(int fd, const msghdr& message, int flags) {
     const auto* begin = static_cast<const std::uint8_t*>(message.msg_iov[at].iov_base);
     all.insert(all.end(), begin, begin + message.msg_iov[at].iov_len);
   }
-  const std::size_t step = std::max<std::size_t>(train_of(message).value_or(all.size()), 1);
+  const auto train = train_of(message);
+  const std::size_t step = std::max<std::size_t>(train.value_or(all.size()), 1);
+  msghdr how = message;
+  if (train) {
+    // It is cut here. Otherwise what stands there is the address that it comes from.
+    how.msg_control = nullptr;
+    how.msg_controllen = 0;
+  }
   for (std::size_t at = 0; at < all.size(); at += step) {
     const auto from = all.begin() + static_cast<std::ptrdiff_t>(at);
     Outgoing out{.bytes = {from, from + static_cast<std::ptrdiff_t>(std::min(step, all.size() - at))},
                  .stream = is_stream(fd),
                  .port = port_of(fd)};
-    std::optional<sockaddr_in> to = receiver_of(message);
+    std::optional<SocketAddress> to = receiver_of(message);
     if (to) {
-      out.to_address = ntohl(to->sin_addr.s_addr);
-      out.to_port = ntohs(to->sin_port);
-      out.multicast = IN_MULTICAST(out.to_address);
+      out.to = to->receiver();
+      out.multicast = is_group(out.to.address);
     }
     chosen->out(out);
     if (to) {
-      to->sin_addr.s_addr = htonl(out.to_address);
-      to->sin_port = htons(static_cast<std::uint16_t>(out.to_port));
+      to->set(out.to);
+      how.msg_name = to->bytes.data();
     }
     for (int copy = 0; copy < out.copies; ++copy) {
-      put_out(fd, to ? &*to : message.msg_name, to ? sizeof *to : message.msg_namelen, out.bytes, flags);
+      put_out(fd, how, out.bytes, flags);
     }
   }
   return static_cast<ssize_t>(all.size());
@@ -111,7 +150,10 @@ std::size_t receive_with_fault(int fd, msghdr& message, std::size_t size) {
   Incoming in{.bytes = {static_cast<std::uint8_t*>(message.msg_iov[0].iov_base), size}};
   chosen->in(in);
   for (Bytes& bytes : in.answers) {
-    put_out(fd, message.msg_name, message.msg_namelen, bytes, 0);
+    msghdr how{};
+    how.msg_name = message.msg_name;
+    how.msg_namelen = message.msg_namelen;
+    put_out(fd, how, bytes, 0);
   }
   return in.lost ? 0 : in.bytes.size();
 }

@@ -14,16 +14,20 @@ namespace ets {
 using Bytes = std::vector<std::uint8_t>;
 using Span = std::span<std::uint8_t>;
 
+/// Where a datagram goes to, or an option says that one may go to.
+struct Receiver {
+  Bytes address{};  ///< 4 or 16 bytes, as IPv4 or IPv6; empty: not known
+  unsigned port = 0;
+};
+
 /// A datagram, or what goes at once on a TCP connection, on its way out.
 struct Outgoing {
   Bytes bytes;
   bool stream = false;
   unsigned port = 0;       ///< of the device
   bool multicast = false;  ///< it goes to a multicast group
-  /// Of a datagram: where it goes to, IPv4.
-  std::uint32_t to_address = 0;
-  unsigned to_port = 0;
-  int copies = 1;  ///< 0: it gets lost
+  Receiver to{};           ///< of a datagram
+  int copies = 1;          ///< 0: it gets lost
 };
 /// One that has come, before the device sees it. What is put into `answers` goes back to its sender.
 struct Incoming {

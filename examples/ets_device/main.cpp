@@ -16,16 +16,14 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr const char* usage =
-    "ets_device [--address IP] [--multicast IP] [--sd-port N] [--event-group IP] [--fault NAME | "
-    "--list-faults]\n";
+    "ets_device [--address IP] [--multicast IP] [--sd-port N] [--event-group IP] [--find-answers "
+    "unicast|optimised] [--fault NAME | --list-faults]\n";
 
 /// The options that were given, over the defaults.
 std::map<std::string, std::string> options_of(int argc, char** argv) {
-  std::map<std::string, std::string> options{{"--address", "127.0.0.1"},
-                                             {"--multicast", "224.244.224.245"},
-                                             {"--sd-port", "30490"},
-                                             {"--event-group", "224.244.224.246"},
-                                             {"--fault", ""}};
+  std::map<std::string, std::string> options{
+      {"--address", "127.0.0.1"},           {"--multicast", "224.244.224.245"}, {"--sd-port", "30490"},
+      {"--event-group", "224.244.224.246"}, {"--find-answers", "unicast"},      {"--fault", ""}};
   for (int at = 1; at < argc; ++at) {
     const std::string name = argv[at];
     const auto known = options.find(name);
@@ -62,6 +60,9 @@ int main(int argc, char** argv) try {
                                             .repetitions_max = 3,
                                             .cyclic_offer_delay = 500ms,
                                             .ttl_s = 5}};
+  if (options.at("--find-answers") == "optimised") {
+    config.discovery.find_answer = trestle::sd::FindAnswer::optimised;
+  }
   // An eventgroup here has events over UDP and over TCP; a subscriber may want only some of them.
   config.discovery.accept_partial_endpoints = true;
   // A tester asks more often than any peer would.

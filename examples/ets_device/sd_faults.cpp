@@ -1,4 +1,4 @@
-#include <array>
+#include <algorithm>
 #include <chrono>
 
 #include "fault_ways.hpp"
@@ -6,8 +6,8 @@
 namespace ets {
 namespace {
 
-/// Address and port of the last Subscribe, for faults that need them.
-std::array<unsigned, 2> last_subscriber{};
+/// Of the last Subscribe, for faults that need it.
+Receiver last_subscriber;
 /// Whether an offer came that is none of ours.
 bool offered_by_others = false;
 
@@ -71,20 +71,20 @@ std::vector<Fault> sd_faults() {
       {"endpoint-reserved-1", "sd.option.endpoint.reserved", "the first reserved byte of endpoints is not 0",
        option(4, [](Span o) { o[3] = 1; })},
       {"endpoint-address", "sd.option.endpoint.address", "endpoints have another address",
-       option(4, [](Span o) { add8(o, 7, 7); })},
+       option(4, [](Span o) { add8(o, end_of_address_in(o), 7); })},
       {"endpoint-reserved-2", "sd.option.endpoint.reserved", "the second reserved byte of endpoints is not 0",
-       option(4, [](Span o) { o[8] = 1; })},
+       option(4, [](Span o) { o[reserved_in(o)] = 1; })},
       {"endpoint-protocol", "sd.option.endpoint.protocol", "the first endpoint has protocol 0x84",
-       option(4, [](Span o) { o[9] = 0x84; })},
+       option(4, [](Span o) { o[protocol_in(o)] = 0x84; })},
       {"endpoint-port", "sd.option.endpoint.port", "the first endpoint has another port",
-       option(4, [](Span o) { add16(o, 10, 100); })},
+       option(4, [](Span o) { add16(o, port_in(o), 100); })},
       {"offer-udp-only", "sd.option.endpoint.tcp,sd.offer.both-transports", "TCP endpoints say UDP",
        sd([](Span b) {
-         for (std::size_t at = options_at(b); at + 12 <= b.size(); at += 3 + u16(b, at)) {
-           if (b[at + 2] == 4 && b[at + 9] == 6) {
-             b[at + 9] = 0x11;
+         each_option(b, [](Span o) {
+           if (type_of(o) == 4 && o[protocol_in(o)] == 6) {
+             o[protocol_in(o)] = 0x11;
            }
-         }
+         });
        })},
       {"no-cyclic-offers", "sd.phase.cyclic,sd.header.session-counts", "there are no cyclic offers",
        [](Outgoing& out) {
@@ -110,7 +110,7 @@ std::vector<Fault> sd_faults() {
        }},
       {"no-stop-offer", "sd.stop-offer", "nothing is said when services stop", lose(is_stop_offer)},
       {"find-ignored",
-       "sd.find.unicast,sd.find.multicast",
+       "sd.find.unicast,sd.find.multicast,sd.find.late-multicast-answer",
        "Finds are not answered",
        {},
        [](Incoming& in) {
@@ -140,7 +140,7 @@ std::vector<Fault> sd_faults() {
          }
        }},
       {"find-needs-unicast-flag",
-       "sd.find.unicast-flag-clear",
+       "sd.find.unicast-flag-clear,sd.find.legacy-multicast-answer",
        "Finds without the unicast flag are not answered",
        {},
        [](Incoming& in) {
@@ -226,9 +226,8 @@ std::vector<Fault> sd_faults() {
        "SD endpoint options are not known",
        {},
        [](Incoming& in) {
-         if (is_sd(in.bytes) && in.bytes.size() >= options_at(in.bytes) + 12 &&
-             in.bytes[options_at(in.bytes) + 2] == 0x24) {
-           in.bytes[options_at(in.bytes) + 2] = 0x77;
+         if (is_sd(in.bytes)) {
+           each_option(in.bytes, [](Span o) { o[2] = type_of(o) == 0x24 ? 0x77 : o[2]; });
          }
        }},
       {"sd-endpoint-last-counts",
@@ -236,43 +235,44 @@ std::vector<Fault> sd_faults() {
        "the last SD endpoint option counts",
        {},
        [](Incoming& in) {
-         const std::size_t first = is_sd(in.bytes) ? options_at(in.bytes) : in.bytes.size();
-         if (in.bytes.size() >= first + 24 && in.bytes[first + 2] == 0x24 && in.bytes[first + 14] == 0x24) {
-           std::swap_ranges(in.bytes.begin() + static_cast<std::ptrdiff_t>(first),
-                            in.bytes.begin() + static_cast<std::ptrdiff_t>(first) + 12,
-                            in.bytes.begin() + static_cast<std::ptrdiff_t>(first) + 12);
+         std::vector<Span> found;
+         if (is_sd(in.bytes)) {
+           each_option(in.bytes, [&](Span o) {
+             if (type_of(o) == 0x24) {
+               found.push_back(o);
+             }
+           });
+         }
+         if (found.size() > 1 && found.front().size() == found.back().size()) {
+           std::ranges::swap_ranges(found.front(), found.back());
          }
        }},
       {"sd-endpoint-sent", "sd.endpoint-option.not-sent", "offers refer to an SD endpoint option",
-       option(4, [](Span o) { o[2] = 0x24; })},
+       option(4, [](Span o) { add8(o, 2, 0x20); })},
       {"multicast-too-early", "event.multicast-threshold.below",
        "events go to the group whatever the threshold is",
        [](Outgoing& out) {
          // The group is that of the last acknowledgement.
-         static std::uint32_t group = 0;
-         static unsigned port = 0;
-         option(0x14, [&](Span o) {
-           group = u32(o, 4);
-           port = u16(o, 10);
-         })(out);
-         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && group != 0) {
-           out.to_address = group;
-           out.to_port = port;
+         static Receiver group;
+         option(0x14, [&](Span o) { group = receiver_in(o); })(out);
+         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && group.port != 0) {
+           out.to = group;
          }
        }},
       {"multicast-never", "event.multicast-threshold.reached",
        "events go to a subscriber, whatever the threshold is",
        [](Outgoing& out) {
-         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && out.multicast && last_subscriber[1] != 0) {
-           out.to_address = last_subscriber[0];
-           out.to_port = last_subscriber[1];
+         if (is_event(out.bytes) && u16(out.bytes, 2) == 0x800c && out.multicast &&
+             last_subscriber.port != 0) {
+           out.to = last_subscriber;
          }
        },
        subscribe_message([](Incoming& in) {
-         if (const std::size_t at = options_at(in.bytes);
-             at + 12 <= in.bytes.size() && in.bytes[at + 2] == 4) {
-           last_subscriber = {u32(in.bytes, at + 4), u16(in.bytes, at + 10)};
-         }
+         each_option(in.bytes, [](Span o) {
+           if (type_of(o) == 4 && o.size() >= 12) {
+             last_subscriber = receiver_in(o);
+           }
+         });
        })},
       {"second-service-elsewhere", "sd.offer.shared-port",
        "the second service is offered at the ports of another one",
@@ -345,13 +345,14 @@ std::vector<Fault> sd_faults() {
       {"multicast-reserved-1", "sd.option.multicast.reserved",
        "the first reserved byte of multicast options is not 0", option(0x14, [](Span o) { o[3] = 1; })},
       {"multicast-address", "sd.option.multicast.address", "multicast options have another address",
-       option(0x14, [](Span o) { add8(o, 7); })},
+       option(0x14, [](Span o) { add8(o, end_of_address_in(o)); })},
       {"multicast-reserved-2", "sd.option.multicast.reserved",
-       "the second reserved byte of multicast options is not 0", option(0x14, [](Span o) { o[8] = 1; })},
+       "the second reserved byte of multicast options is not 0",
+       option(0x14, [](Span o) { o[reserved_in(o)] = 1; })},
       {"multicast-protocol", "sd.option.multicast.protocol", "multicast options say TCP",
-       option(0x14, [](Span o) { o[9] = 6; })},
+       option(0x14, [](Span o) { o[protocol_in(o)] = 6; })},
       {"multicast-port", "sd.option.multicast.port", "multicast options have another port",
-       option(0x14, [](Span o) { add16(o, 10); })},
+       option(0x14, [](Span o) { add16(o, port_in(o)); })},
       {"subscribe-any",
        "sd.subscribe",
        "whatever looks like a Subscribe is acknowledged at once",
@@ -483,10 +484,9 @@ std::vector<Fault> sd_faults() {
        "Subscribes with options that nobody refers to are ignored",
        {},
        subscribe_message([](Incoming& in) {
-         const std::size_t options = options_at(in.bytes);
-         in.lost = options < in.bytes.size() &&
-                   u32(in.bytes, options - 4) >
-                       12U * (in.bytes[entries_at + 3] >> 4U) + 12U * (in.bytes[entries_at + 3] & 15U);
+         std::size_t options = 0;
+         each_option(in.bytes, [&](Span) { ++options; });
+         in.lost = options > (in.bytes[entries_at + 3] >> 4U) + (in.bytes[entries_at + 3] & 15U);
        })},
       {"stop-and-subscribe-once",
        "sd.subscribe.stop-and-subscribe",
@@ -525,12 +525,12 @@ std::vector<Fault> sd_faults() {
        "nothing is subscribed to", lose(is_subscribe)},
       {"client-subscribe-multicast", "client.subscribe.unicast", "Subscribes go to the group",
        [](Outgoing& out) {
-         static std::uint32_t group = 0;
+         static Bytes group;
          if (out.multicast && is_sd(out.bytes)) {
-           group = out.to_address;
+           group = out.to.address;
          }
-         if (any_entry(out.bytes, is_subscribe) && group != 0) {
-           out.to_address = group;
+         if (any_entry(out.bytes, is_subscribe) && !group.empty()) {
+           out.to.address = group;
          }
        }},
       {"client-subscribe-instance", "client.subscribe.instance", "Subscribes name another instance",
@@ -544,7 +544,7 @@ std::vector<Fault> sd_faults() {
       {"client-subscribe-address", "client.subscribe.endpoint", "Subscribes name another address",
        [](Outgoing& out) {
          if (any_entry(out.bytes, is_subscribe)) {
-           option(4, [](Span o) { add8(o, 7, 7); })(out);
+           option(4, [](Span o) { add8(o, end_of_address_in(o), 7); })(out);
          }
        }},
       {"client-never-asks",

@@ -21,6 +21,7 @@
 #include "bridge/conform/commands/results_commands.hpp"
 #include "bridge/conform/parallel.hpp"
 #include "bridge/conform/profile.hpp"
+#include "bridge/conform/replay/rules.hpp"
 #include "bridge/conform/report.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
@@ -59,6 +60,12 @@ Level level_of(const std::string& word) {
 const Tc8Row* without_case(const std::string& selector) {
   const Tc8Row* row = find_tc8(selector);
   return row != nullptr && !row->why_no_case.empty() ? row : nullptr;
+}
+
+/// The requirement of this id, when a capture shows whether it is kept. Null: it is something else.
+const RequirementRow* in_captures(const std::string& selector) {
+  const RequirementRow* row = find_requirement(selector);
+  return row != nullptr && row->testable == "pcap" ? row : nullptr;
 }
 
 /// The cases that are asked for. A selector that chooses none is a mistake.
@@ -239,25 +246,32 @@ int run(const Arguments& arguments) {
   const auto& [cases, profile, info, signals] = *begun;
   ResultTree tree{info};
   Progress progress{cases.size()};
-  const RunResult result = run_cases(profile, cases,
-                                     {.folder = arguments.folder,
-                                      .programs = programs(),
-                                      .seed = arguments.seed,
-                                      .cancelled = begun->cancelled(),
-                                      .on_begin = [&](const Case& one) { progress.begin(one.id); },
-                                      .on_end =
-                                          [&](const CaseResult& one) {
-                                            progress.clear();
-                                            if (!arguments.quiet || one.outcome.verdict == Verdict::fail ||
-                                                one.outcome.verdict == Verdict::error) {
-                                              tree.add(one);
-                                            }
-                                          },
-                                      .on_problem =
-                                          [&](const std::string& text) {
-                                            progress.clear();
-                                            fmt::print(stderr, "{}\n", text);
-                                          }});
+  const std::vector<Profile> devices = neighbours(profile, arguments.jobs);
+  if (arguments.jobs > 1 && devices.size() == 1) {
+    fmt::print(stderr,
+               "note: there is one device, so that cases run one after the other: --jobs is for one that the "
+               "profile starts on loopback\n");
+  }
+  const RunResult result =
+      run_side_by_side(devices, cases,
+                       {.folder = arguments.folder,
+                        .programs = programs(),
+                        .seed = arguments.seed,
+                        .cancelled = begun->cancelled(),
+                        .on_begin = [&](const Case& one) { progress.begin(one.id); },
+                        .on_end =
+                            [&](const CaseResult& one) {
+                              progress.clear();
+                              if (!arguments.quiet || one.outcome.verdict == Verdict::fail ||
+                                  one.outcome.verdict == Verdict::error) {
+                                tree.add(one);
+                              }
+                            },
+                        .on_problem =
+                            [&](const std::string& text) {
+                              progress.clear();
+                              fmt::print(stderr, "{}\n", text);
+                            }});
   progress.clear();
   write_results(result, info);
   fmt::print("{}\n{}report.html, results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
@@ -286,8 +300,10 @@ int list(const Arguments& arguments) {
 
 int explain(const Arguments& arguments) {
   Arguments with_case = arguments;
-  std::erase_if(with_case.selectors,
-                [](const std::string& selector) { return without_case(selector) != nullptr; });
+  std::erase_if(with_case.selectors, [](const std::string& selector) {
+    return without_case(selector) != nullptr ||
+           (in_captures(selector) != nullptr && choose(all_cases(), {selector}, Level::tc8).empty());
+  });
   // No selector at all means all cases.
   if (arguments.selectors.empty() || !with_case.selectors.empty()) {
     for (const Case* one : cases_of(with_case)) {
@@ -297,6 +313,9 @@ int explain(const Arguments& arguments) {
   for (const std::string& selector : arguments.selectors) {
     if (const Tc8Row* row = without_case(selector)) {
       fmt::print("{}", explanation(*row));
+    }
+    if (const RequirementRow* row = in_captures(selector)) {
+      fmt::print("{}", explanation(*row, replay_rules()));
     }
   }
   return cli::exit_ok;
@@ -310,35 +329,37 @@ int check_itself(const Arguments& arguments) {
   const auto& [cases, profile, info, signals] = *begun;
   ResultTree tree{info};
   const cli::Colours& colours = tree.colours();
-  const SelftestResult result = selftest(
-      profile, cases,
-      {.folder = arguments.folder,
-       .programs = programs(),
-       .only_faults = arguments.faults,
-       .only_finders = arguments.quick,
-       .seed = arguments.seed,
-       .cancelled = begun->cancelled(),
-       .every_pair = arguments.every_pair,
-       .jobs = arguments.jobs,
-       .on_case =
-           [&](const CaseResult& one) {
-             if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
-               tree.add(one);
-             }
-           },
-       .on_fault =
-           [&](const FaultResult& one) {
-             std::string names;
-             for (const std::string& id : one.found_by) {
-               names += (names.empty() ? "" : ", ") + id;
-             }
-             const bool is_found = !one.found_by.empty();
-             fmt::print("{}{:>9}{}  {:28} {}{}{}\n", is_found ? colours.green : colours.red,
-                        is_found ? "found" : "NOT FOUND", colours.off, one.fault.name, colours.dim,
-                        is_found ? names : fmt::format("{}; tried {} cases", one.fault.what, one.tried),
-                        colours.off);
-             std::fflush(stdout);
-           }});
+  const SelftestResult result =
+      selftest(profile, cases,
+               {.folder = arguments.folder,
+                .programs = programs(),
+                .only_faults = arguments.faults,
+                .only_finders = arguments.quick,
+                .seed = arguments.seed,
+                .cancelled = begun->cancelled(),
+                .every_pair = arguments.every_pair,
+                .jobs = arguments.jobs,
+                .on_case =
+                    [&](const CaseResult& one) {
+                      if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
+                        tree.add(one);
+                      }
+                    },
+                .on_fault =
+                    [&](const FaultResult& one) {
+                      std::string names;
+                      for (const std::string& id : one.found_by) {
+                        names += (names.empty() ? "" : ", ") + id;
+                      }
+                      const bool is_found = !one.found_by.empty();
+                      fmt::print("{}{:>9}{}  {:28} {}{}{}\n", is_found ? colours.green : colours.red,
+                                 is_found ? "found" : "NOT FOUND", colours.off, one.fault.name, colours.dim,
+                                 is_found ? names
+                                          : fmt::format("{}; tried {} cases, of which {} could not be judged",
+                                                        one.fault.what, one.tried, one.unjudged.size()),
+                                 colours.off);
+                      std::fflush(stdout);
+                    }});
   const std::vector<std::string> blind = result.blind_cases();
   for (const std::string& id : blind) {
     fmt::print("{}    blind{}  {} fails with none of the faults\n", colours.yellow, colours.off, id);
@@ -419,6 +440,11 @@ void add_conform_command(CLI::App& app, int& status, const generate::SourceReade
               "line or the\n"
               "profile is wrong. docs/conform.md explains profiles, verdicts and results.",
               true);
+  // What a person looks at is one device at its own addresses.
+  run_arguments->jobs = 1;
+  cli::option(*run_command, "--jobs", run_arguments->jobs, "N",
+              "So many devices at once, where the profile starts one on loopback")
+      ->check(CLI::Range(1, 64));
   run_command->add_flag("-q,--quiet", run_arguments->quiet, "Print only cases that fail");
   command("list", "List cases", list, "Example:\n  trestle conform list sd --level must", false);
   command("explain", "Say what cases are about: requirements and TC8 cases in our words", explain,

@@ -55,6 +55,54 @@ class Conform(unittest.TestCase):
         suites = ElementTree.parse(self.folder / "junit.xml").getroot()
         self.assertEqual(sum(int(suite.get("tests")) for suite in suites), len(cases))
 
+    def test_runs_several_devices_at_once(self):
+        # With the verdicts of one device, and in the order of the cases.
+        selectors = ["sd.header", "sd.flags", "rpc.response", "tcp.resynchronisation"]
+        verdicts = []
+        for jobs in (1, 4):
+            text = conform("run", *selectors, "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--jobs", jobs)
+            cases = json.loads((self.folder / "results.json").read_text())["cases"]
+            verdicts.append([(one["id"], one["verdict"]) for one in cases])
+            shown = re.findall(r"^ +(?:pass|fail)[a-z-]* +([a-z][\w.-]+) ", text, re.MULTILINE)
+            self.assertEqual(shown, [one["id"] for one in cases], text)
+            self.assertEqual({one["verdict"] for one in cases}, {"pass"}, text)
+        self.assertEqual(*verdicts)
+        # A device that runs already is there once.
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().split("lifecycle:")[0].replace("ready_within: 3 s", "ready_within: 10 ms\n  answer_within: 10 ms"))
+        text = conform("run", "sd.offer.ttl", "--jobs", 2, "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
+        self.assertIn("note: there is one device", text)
+
+    def test_judges_a_device_that_is_a_client_alone(self):
+        profile = self.folder / "profile.yaml"
+        command = "exec {programs}/trestle subscribe 0x0111.1 1 --address {device} --multicast {multicast}"
+        profile.write_text("name: Client\n"
+                           "network: {device: 127.0.77.1, tester: 127.0.77.2, multicast: 239.255.77.1}\n"
+                           "uses: [{id: 0x0111, udp: {eventgroup: 1, event: 0x8001}}]\n"
+                           "timing: {answer_within: 500 ms, repetitions_base_delay: 30 ms, repetitions_max: 3}\n"
+                           f"lifecycle: {{start: \"{command}\"}}\n")
+        text = conform("run", "client", "sd.offer.ttl", "--role", "both", "--dut", profile, *ADDRESSES, "--out", self.folder)
+        results = json.loads((self.folder / "results.json").read_text())
+        verdicts = {one["id"]: one["verdict"] for one in results["cases"]}
+        self.assertEqual(verdicts.pop("sd.offer.ttl"), "unsupported", text)
+        # That it looks for further instances is allowed.
+        self.assertLessEqual({verdict for case, verdict in verdicts.items() if not case.startswith("client.ets")},
+                             {"pass", "pass-nonstrict"}, text)
+        # One that is not there, or wants something else, fails its cases.
+        profile.write_text(profile.read_text().replace("udp: {eventgroup: 1", "udp: {eventgroup: 2"))
+        self.assertIn("eventgroup", conform("run", "client.subscribe.eventgroup", "--dut", profile, *ADDRESSES,
+                                            "--out", self.folder, status=1))
+
+    def test_knows_finds_that_are_answered_by_multicast(self):
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}", "--event-group {event_multicast} --find-answers optimised")
+                           + "policy: {multicast_find_answers: true}\n")
+        cases = ["sd.find.late-multicast-answer", "sd.find.legacy-multicast-answer"]
+        self.assertIn(": 2 pass\n", conform("run", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        text = conform("selftest", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
+                       "--fault", "find-needs-unicast-flag", "--every")
+        self.assertIn("2 of 2 faults are found; 2 of 2 cases fail with a fault", text)
+
     def test_writes_what_it_has_when_it_is_interrupted(self):
         run = subprocess.Popen([TRESTLE, "conform", "run", "--dut", PROFILE, *ADDRESSES, "--seed", "3", "--out", self.folder],
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
@@ -105,6 +153,10 @@ class Conform(unittest.TestCase):
         self.assertIn("the device exited with status 127 after its start", text)
         self.assertIn("was not there for 3 cases in a row", text)
         self.assertIn("3 inconclusive", text)
+        # Nor do several: the others do not go on.
+        text = conform("run", "sd", "--jobs", 4, "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
+        self.assertIn("was not there for 3 cases in a row", text)
+        self.assertLess(len(json.loads((self.folder / "results.json").read_text())["cases"]), 20)
 
     def test_lets_a_device_do_what_is_allowed(self):
         # Replies to unknown methods are optional: TC8 alone asks for them.
@@ -190,12 +242,18 @@ class Conform(unittest.TestCase):
         wrong = {
             "errors_raw_client_vs_vsomeip_service.pcap": {
                 "header.length", "header.protocol-version", "header.message-type", "header.return-code", "rpc.session",
-                "rpc.response-asked", "tp.order"},
+                "rpc.response-asked", "tp.order", "sd.stop-offer"},
             "sd_malformed_raw_peer_vs_vsomeip_service.pcap": {
                 "sd.unicast-flag", "sd.arrays", "sd.entry-type", "sd.run", "sd.option-layout", "sd.option-protocol",
-                "sd.option-counts", "sd.subscribe-endpoint"},
+                "sd.option-counts", "sd.subscribe-endpoint", "sd.subscribe-address"},
+            # vsomeip withdraws what it offers over UDP and TCP with one of the two endpoints.
+            "sd_service_first_client_late.pcap": {"sd.stop-offer"},
+            "fire_and_forget_udp_tcp.pcap": {"sd.stop-offer"},
+            "sd_subscribe_udp_and_tcp_same_eventgroup.pcap": {"sd.stop-offer"},
+            "field_getter_setter_notifier.pcap": {"sd.stop-offer"},
+            "tp_separation_time_and_short_segments.pcap": {"tp.largest"},
             "seat.pcap": {"sd.tc8-flags"},
-            "someip1.pcap": {"sd.port", "sd.session", "sd.unicast-flag", "sd.option-counts"},
+            "someip1.pcap": {"sd.port", "sd.session", "sd.unicast-flag", "sd.option-counts", "sd.subscribe-address"},
             "SomeIpSd.pcapng": {"sd.tc8-flags"},
             "udp-someip.pcap": {"sd.port", "sd.session", "sd.subscribe-answered"},
             "normal_dataset.pcap": {"rpc.response-once"},
@@ -220,9 +278,9 @@ class Conform(unittest.TestCase):
         conform("replay", PROFILE, status=2)
 
     def test_works_over_ipv6(self):
-        # Loopback has one address of IPv6 only, so this needs a network of its own.
-        network = ("ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && "
-                   "ip link set v0 up && ip addr add fd00::1/64 dev v0 nodad && ip addr add fd00::2/64 dev v0 nodad && "
+        # Loopback has one address of IPv6 only, so this needs a network of its own; with room for two devices at once.
+        network = ("ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && ip link set v0 up && "
+                   "for one in 1 2 1:1 1:2 2:1 2:2; do ip addr add fd00::$one/64 dev v0 nodad || exit 1; done && "
                    "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done'")
         own = next((words for words in (["unshare", "-n"], ["unshare", "-Urn"])
                     if subprocess.run([*words, "sh", "-c", network], capture_output=True).returncode == 0), None)
@@ -240,6 +298,15 @@ class Conform(unittest.TestCase):
         done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=150)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertGreater(json.loads((self.folder / "results.json").read_text())["verdicts"]["pass"], len(cases))
+        # Faults are found there, too: those of options, whose places are others, and of where datagrams go to.
+        faults = ["endpoint-address", "endpoint-port", "endpoint-protocol", "endpoint-reserved-2", "offer-udp-only",
+                  "multicast-address", "multicast-port", "sd-endpoint-unknown", "sd-endpoint-last-counts", "sd-endpoint-sent",
+                  "multicast-too-early", "multicast-never", "options-must-be-referenced", "client-subscribe-multicast",
+                  "client-subscribe-address", "deaf-after-burst"]
+        run = (f"{network} && '{TRESTLE}' conform selftest sd client event load.flood.entries --quick --jobs 2 --dut '{profile}' "
+               f"--out '{self.folder}' {' '.join('--fault ' + one for one in faults)}")
+        done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=250)
+        self.assertIn(f"{len(faults)} of {len(faults)} faults are found", done.stdout, done.stderr)
         # With addresses from the command line.
         profile.write_text(text.replace('"fd00::1"', '"fd00::8"', 1).replace('"fd00::2"', '"fd00::9"', 1))
         run = (f"{network} && '{TRESTLE}' conform run sd.offer.endpoint --dut '{profile}' --device fd00::1 --tester fd00::2 "
@@ -255,6 +322,9 @@ class Conform(unittest.TestCase):
         text = conform("explain", "sd.offer.ttl")
         self.assertIn("feat_req_someipsd_253: Offer fields", text)
         self.assertIn("SOMEIPSRV_FORMAT_17", text)
+        # Of what a capture alone can show, the rule, or why there is none.
+        self.assertIn("rule of replay: pcap.rpc.session-counts, ", conform("explain", "feat_req_someip_88"))
+        self.assertIn("no rule of replay: a capture does not tell", conform("explain", "feat_req_someip_700"))
 
     def test_says_why_a_tc8_case_has_no_case(self):
         """As the documentation does."""

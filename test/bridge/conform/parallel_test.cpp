@@ -37,6 +37,10 @@ TEST(Neighbours, AreOnlyThoseOfADeviceThatIsStartedOnLoopback) {
   elsewhere.tester = IpAddress::v4(192, 0, 2, 1);
   EXPECT_FALSE(beside(elsewhere, 64, 1));
   EXPECT_EQ(neighbours(elsewhere, 5).size(), 1U);
+  // Over IPv6, where this host has addresses for them.
+  elsewhere.device = *someip::parse_address("2001:db8::1");
+  elsewhere.tester = *someip::parse_address("2001:db8::2");
+  EXPECT_FALSE(beside(elsewhere, 64, 1));
   Profile runs_already = on_loopback();
   runs_already.lifecycle.start.clear();
   EXPECT_FALSE(beside(runs_already, 64, 1));
