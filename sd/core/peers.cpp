@@ -29,6 +29,14 @@ slots::Peer* ServiceDiscovery::peer_at(const Endpoint& endpoint, TimePoint now) 
         std::ranges::find(displaced_, mark_of(endpoint.address, endpoint.port)) != displaced_.end()) {
       place->heard = 954;  // a second
     }
+    for (const KnownFailures& failures : known_failures_) {  // the one
+      for (slots::Probe& probe : place->probe) {
+        if (failures.has(hash_with_seed(endpoint.address, endpoint.port))) {
+          suspect(*place);
+          probe.has_failed = true;
+        }
+      }
+    }
   }
   return place;
 }
@@ -71,6 +79,13 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   }
   slots::Peer* const oldest = who_is_forgotten(too_many_there ? &endpoint.address : nullptr, now);
   if (oldest == nullptr) {
+    if constexpr (optimised_for_many) {
+      for (slots::Peer& peer : peers_) {
+        if (peer.subscribers > 0) {
+          suspect(peer);
+        }
+      }
+    }
     return nullptr;
   }
   // A sender that changes its address with each message must not get a new allowance each time.
@@ -79,6 +94,17 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
     displaced_[next_displaced_++ % std::max<std::size_t>(displaced_.size(), 1)] =
         mark_of(oldest->endpoint.address, oldest->endpoint.port);
   }
+  for (KnownFailures& failures : known_failures_) {  // the one
+    for (const slots::Probe& probe : oldest->probe) {
+      // Where peers are forgotten this fast, nobody has much time.
+      const auto since = static_cast<std::uint16_t>(slots::ticks(now) - probe.due);
+      const bool is_slow =
+          oldest->is_probed && oldest->proofs == 0 && since >= 10 && since < slots::Probe::not_due;
+      if (is_slow || has_failed(*oldest, now)) {
+        failures.add(hash_with_seed(oldest->endpoint.address, oldest->endpoint.port));
+      }
+    }
+  }
   forget(*oldest);
   if (oldest->slot_state == SlotBase::State::in_use) {
     return nullptr;  // there is no room yet to report what ended with it
@@ -86,13 +112,14 @@ slots::Peer* ServiceDiscovery::place_for(const Endpoint& endpoint, TimePoint now
   slots::Peer* const place = peers_.add();
   place->entries = entries;
   if constexpr (optimised_for_many) {
-    place->is_to_prove = true;
+    suspect(*place);
   }
   return place;
 }
 
 // Among all peers, or those at one address: the one silent the longest of those without subscription or
-// service, else of those whose services nobody requires. A peer in use is forgotten only if fleeting.
+// service, else of those whose services nobody requires. A peer in use is forgotten only if fleeting, or if
+// it has failed to answer.
 slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoint now) noexcept {
   const auto oldest = [&](auto may_be) {
     slots::Peer* best = nullptr;
@@ -125,6 +152,13 @@ slots::Peer* ServiceDiscovery::who_is_forgotten(const IpAddress* among, TimePoin
     peer.is_used = peer.is_used || remote.is_wanted;
   }
   found = oldest([](const slots::Peer& peer) { return !peer.is_used; });
+  if constexpr (optimised_for_many) {
+    for (const Standing standing : {Standing::fading, Standing::failed}) {
+      found = found != nullptr
+                  ? found
+                  : oldest([&](const slots::Peer& peer) { return standing_of(peer, now) == standing; });
+    }
+  }
   return found != nullptr ? found : oldest([&](const slots::Peer& peer) { return is_fleeting(peer, now); });
 }
 
@@ -180,9 +214,9 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
   return false;
 }
 
-// Where others had to make room for a client, it is sent an Offer after a time that nobody can foresee.
-// Clients answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is
-// no passer-by: a flood from ever other addresses does not displace it any more.
+// Where there is no room for all, a client is sent an Offer after a time that nobody can foresee. Clients
+// answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is no
+// passer-by: a flood from other addresses does not displace it any more. Who does not gives way to others.
 //
 // Who is in doubt is asked until it has answered several times: a forger who speaks in its name hits one of
 // eleven, and each miss takes one back and costs a second.
@@ -196,28 +230,41 @@ void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) 
   for (slots::Probe& probe : peer.probe) {  // the one
     const auto at = static_cast<std::uint16_t>(slots::ticks(arrival.now));
     const auto since = static_cast<std::uint16_t>(at - probe.due);
-    const bool is_answer = since < 50;
-    const bool is_over = since >= 1000 && since < 0xfc00;  // beyond: not due yet
-    if (is_in_doubt() && peer.is_probed) {
-      // Who subscribes to much says it in several messages. Offers by multicast can be foreseen.
-      if (!is_over && (static_cast<std::uint16_t>(at - probe.asked) < 20 ||
-                       !is_due(offer.last_multicast + milliseconds{100}, arrival.now))) {
+    const bool is_answer = peer.is_probed && since < slots::Probe::time_to_answer;
+    const bool is_over = !probe.was_sent() || (since >= 1000 && since < slots::Probe::not_due);
+    // Those by multicast can be foreseen, and are answered, too.
+    const TimePoint unforeseen = offer.last_multicast + milliseconds{100};
+    const bool may_be_foreseen = !peer.is_to_prove && !is_due(unforeseen, arrival.now);
+    if (peer.is_probed && !is_over && !is_answer) {
+      // Who subscribes to much says it in several messages.
+      const bool is_same = static_cast<std::uint16_t>(at - probe.asked) < 20;
+      if (peer.is_to_prove || may_be_foreseen || is_same) {
         return;
       }
-      peer.proofs = static_cast<std::uint8_t>(is_answer ? peer.proofs + 1 : peer.proofs - (peer.proofs != 0));
     }
-    const bool goes_on = is_answer && peer.is_probed && is_in_doubt();
+    const bool proves_nothing = may_be_foreseen || since >= slots::Probe::time_to_prove;
+    if (peer.is_probed && !(is_answer && proves_nothing)) {
+      probe.has_failed = !is_answer;
+      if (!peer.is_to_prove) {
+        peer.proofs =
+            static_cast<std::uint8_t>(is_answer ? peer.proofs + 1 : peer.proofs - (peer.proofs != 0));
+      }
+      if (is_answer) {
+        peer.is_to_prove = false;
+        peer.heard = 0xffff;
+      }
+    }
     peer.is_probed = false;
-    if (is_answer) {
-      peer.is_to_prove = false;
-      peer.heard = 0xffff;
-    }
-    if ((goes_on || is_over) && has_room_for_answer(arrival.peer)) {
-      const TimePoint due =
-          arrival.now + random_.between(milliseconds{20}, milliseconds{peer.is_to_prove ? 100 : 620});
-      probe = {at, static_cast<std::uint16_t>(slots::ticks(due))};
+    if (((is_answer && is_in_doubt()) || is_over) && has_room_for_answer(arrival.peer) &&
+        may_be_sent(peer, arrival.now)) {
+      const bool is_soon = peer.is_to_prove && !probe.has_failed;
+      const Duration wait = is_soon ? random_.between(milliseconds{20}, milliseconds{100})
+                                    : std::max<Duration>(milliseconds{20}, unforeseen - arrival.now) +
+                                          random_.between(milliseconds{0}, milliseconds{600});
+      probe.asked = at;
+      probe.due = static_cast<std::uint16_t>(slots::ticks(arrival.now + wait));
       peer.is_probed = true;
-      send_offer(offer, arrival.peer, due, offer.ttl_s);
+      send_offer(offer, arrival.peer, arrival.now + wait, offer.ttl_s);
     }
   }
 }
@@ -231,10 +278,15 @@ void ServiceDiscovery::doubt(const IpAddress& client) noexcept {
 // --- Who makes room in a full table -----------------------------------------------------------------------
 
 // Begun with what nobody else knows: else somebody could choose an address of the same mark as another's.
-std::uint16_t ServiceDiscovery::mark_of(const IpAddress& peer, std::uint16_t more) const noexcept {
+inline std::uint32_t ServiceDiscovery::hash_with_seed(const IpAddress& peer,
+                                                      std::uint16_t more) const noexcept {
   const auto seed = static_cast<std::uint32_t>(settings_.seed ^ (settings_.seed >> 32U));
-  const std::uint32_t hash = hash_of(seed ^ more, std::as_bytes(std::span{peer.bytes}));
-  return static_cast<std::uint16_t>(std::max<std::uint32_t>(hash >> 16U, 1));  // 0: none
+  return hash_of(seed ^ more, std::as_bytes(std::span{peer.bytes}));
+}
+
+std::uint16_t ServiceDiscovery::mark_of(const IpAddress& peer, std::uint16_t more) const noexcept {
+  return static_cast<std::uint16_t>(
+      std::max<std::uint32_t>(hash_with_seed(peer, more) >> 16U, 1));  // 0: none
 }
 
 void ServiceDiscovery::note_heard(slots::Peer& peer, TimePoint now) noexcept {
@@ -265,38 +317,81 @@ const slots::Peer* ServiceDiscovery::who_holds_most() noexcept {
   return most;
 }
 
+inline ServiceDiscovery::Standing ServiceDiscovery::standing_of(const slots::Peer& peer,
+                                                                TimePoint now) const noexcept {
+  const bool failed = has_failed(peer, now);
+  if (!is_fleeting(peer, now)) {
+    return failed ? Standing::failed : Standing::stays;
+  }
+  return peer.is_probed && !failed && !is_silent(peer, now) ? Standing::asked : Standing::fading;
+}
+
 // First choice: one of a peer that is silent, or fleeting, if the newcomer has nothing yet or has itself been
 // heard for some time. So a flood from ever new addresses displaces itself, and an honest peer stays after it
-// has come back. Otherwise: one of the address that has clearly more than the newcomer's. If there are
-// fleeting peers, only their addresses count: each of a flood could take two from a host that has many.
+// has come back. Of subscribers that is not one who was just asked whether it hears us, but rather one who
+// failed to answer; unless more are asked than failed, as in a flood from ever new addresses. Otherwise: one
+// of the address that has clearly more than the newcomer's. If there are fleeting peers, only their addresses
+// count: each of a flood could take two from a host that has many.
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
   constexpr std::uint16_t some_time = 477;  // half a second
+  // Only clients are asked whether they hear us.
+  constexpr bool are_asked = optimised_for_many && std::is_same_v<Slot, slots::Subscriber>;
+  struct Found {
+    Slot* oldest = nullptr;
+    std::size_t count = 0;
+  };
+  Found fading;
+  [[maybe_unused]] Found asked;
+  [[maybe_unused]] Found failed;
+  // Where one belongs that may give way.
+  const auto of = [&](const slots::Peer& peer) -> Found* {
+    if constexpr (are_asked) {
+      switch (standing_of(peer, now)) {
+        case Standing::stays:
+          return nullptr;
+        case Standing::fading:
+          break;
+        case Standing::asked:
+          return &asked;
+        case Standing::failed:
+          return &failed;
+      }
+      return &fading;
+    }
+    return is_fleeting(peer, now) ? &fading : nullptr;
+  };
   const IpAddress& its = peers_[newcomer].endpoint.address;
   for (slots::Peer& peer : peers_) {
     peer.held = 0;
   }
   std::size_t own = 0;
-  Slot* oldest = nullptr;
   for (Slot& slot : table) {
     if (is_candidate(slot)) {
       slots::Peer& peer = peers_[slot.peer];
       const bool is_own = peer.endpoint.address == its;
       ++peer.held;
       own += is_own ? 1 : 0;
-      if ((is_own ? is_silent(peer, now) : is_fleeting(peer, now)) &&
-          (oldest == nullptr || !is_due(peers_[oldest->peer].last_seen, peer.last_seen))) {
-        oldest = &slot;
+      Found* const found = !is_own ? of(peer) : is_silent(peer, now) ? &fading : nullptr;
+      if (found != nullptr) {
+        found->count += are_asked ? 1 : 0;
+        if (found->oldest == nullptr || !is_due(peers_[found->oldest->peer].last_seen, peer.last_seen)) {
+          found->oldest = &slot;
+        }
       }
     }
+  }
+  Slot* oldest = fading.oldest;
+  if (are_asked && oldest == nullptr) {
+    oldest = asked.count > failed.count ? asked.oldest : failed.oldest;
   }
   if (oldest != nullptr) {
     if (own == 0 || peers_[newcomer].heard >= some_time || is_silent(peers_[oldest->peer], now)) {
       return oldest;
     }
     for (slots::Peer& peer : peers_) {
-      peer.held = is_fleeting(peer, now) ? peer.held : std::uint16_t{0};
+      peer.held = of(peer) != nullptr ? peer.held : std::uint16_t{0};
     }
   }
   const slots::Peer* const most = who_holds_most();
@@ -321,23 +416,40 @@ std::optional<Limit> ServiceDiscovery::make_room(const slots::Offer& offer, Even
       settings_.max_subscribers_per_eventgroup_and_address) {
     return Limit::subscribers_per_eventgroup_and_address;
   }
-  const bool group_is_full =
-      subscribers_of(offer.index, eventgroup, nullptr) >= settings_.max_subscribers_per_eventgroup;
+  const std::size_t count_here = subscribers_of(offer.index, eventgroup, nullptr);
+  const bool group_is_full = count_here >= settings_.max_subscribers_per_eventgroup;
+  const auto is_candidate = [&](const slots::Subscriber& one) {
+    const bool is_here = one.offer == offer.index && one.eventgroup == eventgroup;
+    return one.peer != slots::Subscriber::nobody && (is_here || !group_is_full);
+  };
+  if constexpr (optimised_for_many) {
+    const bool is_last_here = count_here + 1 >= settings_.max_subscribers_per_eventgroup;
+    if (is_last_here || subscribers_.free_slots() < 2) {
+      suspect(peers_[arrival.peer]);
+      for (const slots::Subscriber& one : subscribers_) {
+        const bool is_here = one.offer == offer.index && one.eventgroup == eventgroup;
+        if (one.peer == slots::Subscriber::nobody || (!is_here && is_last_here)) {
+          continue;
+        }
+        const bool is_new = !peers_[one.peer].is_in_doubt;
+        suspect(peers_[one.peer]);
+        if (is_new) {  // now, not when it subscribes next: it might have made room by then
+          probe(offers_[one.offer], {arrival.message, arrival.source, one.peer, arrival.via_multicast,
+                                     arrival.answer_due, arrival.now});
+        }
+      }
+    }
+  }
   if (!group_is_full && subscribers_.free_slots() > 0) {
     return std::nullopt;
   }
-  slots::Subscriber* const other =
-      who_gives_way(subscribers_, arrival.peer, arrival.now, [&](const slots::Subscriber& one) {
-        const bool is_here = one.offer == offer.index && one.eventgroup == eventgroup;
-        return one.peer != slots::Subscriber::nobody && (is_here || !group_is_full);
-      });
+  slots::Subscriber* const other = may_displace(peers_[arrival.peer], arrival.now)
+                                       ? who_gives_way(subscribers_, arrival.peer, arrival.now, is_candidate)
+                                       : nullptr;
   if (other == nullptr) {
     return group_is_full ? Limit::subscribers_per_eventgroup : Limit::subscribers;
   }
   count(counters_.displaced);
-  if constexpr (optimised_for_many) {
-    peers_[arrival.peer].is_to_prove = true;
-  }
   lose(*other, LossReason::displaced);
   return event_places() > 0 ? std::nullopt : std::optional{Limit::pending_events};
 }

@@ -443,7 +443,10 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
   if (eventgroup != nullptr) {
     const Accepted accepted = accept(*offer, *eventgroup, entry, arrival);
     acknowledge(offer, entry, arrival, accepted);
-    if (guards && optimised_for_many && accepted) {
+    // Who finds no room is asked, too: it gets some if it answers.
+    const bool is_to_be_asked =
+        accepted || (accepted.error() == NackReason::no_room && !is_guest(arrival.peer));
+    if (guards && optimised_for_many && is_to_be_asked) {
       probe(*offer, arrival);
     }
   } else if (settings_.answer_unknown_subscriptions) {
@@ -568,6 +571,11 @@ ServiceDiscovery::Accepted ServiceDiscovery::accept(const slots::Offer& offer, c
 void ServiceDiscovery::acknowledge(const slots::Offer* offer, const Entry& entry, const Arrival& arrival,
                                    const Accepted& accepted) noexcept {
   if (!accepted && !may_go_on(arrival.peer, 3, arrival.now)) {
+    return;
+  }
+  if (!accepted && accepted.error() == NackReason::no_room &&
+      !may_be_sent(peers_[arrival.peer], arrival.now)) {
+    count(counters_.ignored_too_many);
     return;
   }
   slots::PendingEntry* const pending = send(arrival.peer, arrival.answer_due);

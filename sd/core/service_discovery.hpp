@@ -15,6 +15,7 @@
 
 #include "sd/core/bounded_queue.hpp"
 #include "sd/core/entry_options.hpp"
+#include "sd/core/known_failures.hpp"
 #include "sd/core/random.hpp"
 #include "sd/core/storage.hpp"
 #include "someip/wire/counters.hpp"
@@ -494,9 +495,49 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_fleeting(const slots::Peer& peer, TimePoint now) const noexcept {
     return is_due(peer.last_seen + Duration{std::int64_t{peer.heard} << 21U}, now) || is_silent(peer, now);
   }
+  [[nodiscard]] std::uint32_t hash_with_seed(const IpAddress& peer, std::uint16_t more) const noexcept;
   [[nodiscard]] std::uint16_t mark_of(const IpAddress& peer, std::uint16_t more) const noexcept;
   static void note_heard(slots::Peer& peer, TimePoint now) noexcept;
   void probe(const slots::Offer& offer, const Arrival& arrival) noexcept;
+  // From now on it is to prove that it receives what is sent to it: there is no room for all.
+  static void suspect(slots::Peer& peer) noexcept {
+    peer.is_to_prove = peer.is_to_prove || !peer.is_in_doubt;
+    peer.is_in_doubt = true;
+  }
+  // How peers stand when one is to make room for another.
+  enum class Standing : std::uint8_t {
+    stays,
+    fading,  // see is_fleeting()
+    asked,   // likewise, but it was sent its first Offer and still has time to answer
+    failed,  // it goes on speaking, and has not answered the Offer that was sent to it
+  };
+  // Whether it has not answered the Offer that it was sent.
+  [[nodiscard]] static bool has_failed(const slots::Peer& peer, TimePoint now) noexcept {
+    bool failed = false;
+    for (const slots::Probe& probe : peer.probe) {  // the one
+      const auto since = static_cast<std::uint16_t>(slots::ticks(now) - probe.due);
+      const bool is_late =
+          peer.is_probed && since >= slots::Probe::time_to_answer && since < slots::Probe::not_due;
+      failed = peer.proofs == 0 && (probe.has_failed || is_late);
+    }
+    return failed;
+  }
+  [[nodiscard]] bool may_displace(const slots::Peer& peer, TimePoint now) noexcept {
+    bool may = true;
+    for (KnownFailures& failures : known_failures_) {  // the one
+      may = !has_failed(peer, now) || failures.may_displace(now);
+    }
+    return may;
+  }
+  // A refusal, or an Offer to see whether it hears it.
+  [[nodiscard]] bool may_be_sent(const slots::Peer& peer, TimePoint now) noexcept {
+    bool may = true;
+    for (KnownFailures& failures : known_failures_) {  // the one
+      may = !has_failed(peer, now) || failures.may_be_sent(now);
+    }
+    return may;
+  }
+  [[nodiscard]] Standing standing_of(const slots::Peer& peer, TimePoint now) const noexcept;
   template <typename Slot, typename Candidate>
   [[nodiscard]] Slot* who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                     Candidate is_candidate) noexcept;
@@ -645,6 +686,7 @@ class ServiceDiscovery {
   // The last peers that had to make room, by a hash: a peer that soon comes again is there to stay.
   [[no_unique_address]] std::array<std::uint16_t, !guards ? 0U : optimised_for_many ? 64U : 3U> displaced_{};
   std::uint16_t next_displaced_ = 0;
+  [[no_unique_address]] slots::OneIfGuarded<KnownFailures> known_failures_{};
   std::uint16_t next_silence_ = 0;
   std::span<slots::Silence> silences_;  // who did not answer, whatever became of its offers
   TimePoint questions_due_ = never;     // when to look at who is contested

@@ -65,6 +65,9 @@ struct NoneKept {
 /// Where there is little of everything, none.
 template <typename Kept>
 using OneOrNone = std::conditional_t<optimised_for_many, std::array<Kept, 1>, NoneKept<Kept>>;
+/// The same for what serves only guards.
+template <typename Kept>
+using OneIfGuarded = std::conditional_t<guards, OneOrNone<Kept>, NoneKept<Kept>>;
 
 /// A service of ours.
 struct Offer : SlotBase {
@@ -210,8 +213,14 @@ struct Subscription : SlotBase {
 
 /// An Offer to a client, at a time that nobody can foresee, to see whether it hears it. In ticks.
 struct Probe {
+  static constexpr std::uint16_t time_to_prove = 50;    // by an answer that nobody can guess
+  static constexpr std::uint16_t time_to_answer = 200;  // else it has failed
+  static constexpr std::uint16_t not_due = 0xfc00;      // from here on: a time before `due`
+
   std::uint16_t asked = 0;
   std::uint16_t due = 0;
+  bool has_failed = false;  // the one before was not answered in time
+  [[nodiscard]] bool was_sent() const noexcept { return asked != due; }
 };
 
 /// A node that has sent SD messages, or that we send some.
@@ -226,7 +235,7 @@ struct Peer : SlotBase {
   [[no_unique_address]] RecentMessages recent;
   someip::SessionCounter sessions{};  // of what we send there by unicast  [feat_req_someipsd_765]
   bool explicit_initial_data : 1 = false;
-  bool is_to_prove : 1 = false;  // that it hears us, as others had to make room for it
+  bool is_to_prove : 1 = false;  // that it hears us, as there is no room for all; afterwards it is in doubt
   bool is_in_doubt : 1 = false;  // it is to prove that beyond guessing: see ServiceDiscovery::probe()
   bool is_probed : 1 = false;    // and has not answered yet
   std::uint8_t proofs : 3 = 0;   // by answers in time; less those that came at other times
@@ -234,9 +243,7 @@ struct Peer : SlotBase {
   bool is_used = false;    // scratch of the search for one to forget
   std::uint16_t held = 0;  // scratch of the search for who holds most
   // The last one. Where there are few places, nobody is asked.
-  [[no_unique_address]] std::conditional_t<guards && optimised_for_many, std::array<Probe, 1>,
-                                           NoneKept<Probe>>
-      probe{};
+  [[no_unique_address]] OneIfGuarded<Probe> probe{};
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;

@@ -66,6 +66,8 @@ someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, some
     options.source = config.address;
   }
   options.sharing = sharing;
+  // A flood of Subscribes, each of which is much work, must not hold up what is sent meanwhile.
+  options.batches_in_a_row = 4;
   return options;
 }
 

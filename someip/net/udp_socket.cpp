@@ -24,7 +24,6 @@ namespace {
 
 constexpr std::size_t receive_batch = 16;    // datagrams (with GRO: trains of datagrams) per system call
 constexpr std::size_t receive_room = 65536;  // bytes of each
-constexpr int receive_rounds = 16;           // batches before other handlers get their turn
 constexpr int error_batch = 16;              // errors of sent datagrams that are read instead of a batch
 constexpr std::chrono::milliseconds interface_pause{1};  // before a full network interface is tried again
 
@@ -129,7 +128,7 @@ struct UdpSocket::State : std::enable_shared_from_this<State> {
     if (transmitter.take_told_error()) {
       read_errors();
     }
-    for (int round = 0; round < receive_rounds && !closed; ++round) {
+    for (int round = 0; round < options.batches_in_a_row && !closed; ++round) {
       if (!receive_once(round == 0)) {
         break;
       }

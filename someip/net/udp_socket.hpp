@@ -56,6 +56,8 @@ struct UdpOptions {
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;
   std::chrono::microseconds busy_poll{0};  ///< SO_BUSY_POLL, as far as it is granted
+  /// Batches, of 16 datagrams each, that are received in a row before others get their turn.
+  int batches_in_a_row = 16;
 };
 
 enum class SendStatus : std::uint8_t {

@@ -180,5 +180,96 @@ TEST_P(FastCrowds, DisplaceNobodyWhoHearsWhatIsSentToIt) {
 INSTANTIATE_TEST_SUITE_P(Of, FastCrowds,
                          testing::Values(std::pair{300, 600}, std::pair{1000, 600}, std::pair{1000, 2000}));
 
+// Addresses that subscribe again and again, more than there are places for, and none of them because of an
+// Offer.
+struct Deaf {
+  int addresses;
+  Duration pause;     // between two messages of an address
+  std::size_t again;  // it says the same once more after so many others; 0: it does not
+};
+
+class DeafCrowds : public testing::TestWithParam<Deaf> {
+ protected:
+  static Settings seeded(std::uint64_t seed) {
+    Settings settings = fixed_settings();
+    settings.seed = seed;
+    return settings;
+  }
+  static bool is_for(const std::string& sent, const std::string& address) {
+    return sent.find(": offer") != std::string::npos &&
+           (sent.find("224.244") != std::string::npos || sent.find(address) != std::string::npos);
+  }
+};
+
+TEST_P(DeafCrowds, MakeRoomForWhoAnswersAndDoNotDisplaceIt) {
+  if constexpr (!optimised_for_many) {
+    GTEST_SKIP() << "a small device asks nobody whether it hears";
+  }
+  covers({"feat_req_someipsd_1137"});
+  const auto [addresses, pause, again] = GetParam();
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(seed);
+    Machine<Limits{.max_subscribers = 4096, .max_peers = 256}> machine{seeded(seed)};
+    OfferedService first_only = service;
+    first_only.eventgroups = std::span{groups}.first(1);
+    ASSERT_TRUE(machine.discovery.offer(first_only, machine.now));
+    std::vector<FakePeer> crowd;
+    for (int i = 0; i < addresses; ++i) {
+      crowd.emplace_back(Endpoint{
+          IpAddress::v4(10, 1, static_cast<std::uint8_t>(i / 250), static_cast<std::uint8_t>(i % 250)),
+          30490});
+    }
+    const auto speak = [&](FakePeer& peer) {
+      machine.unicast(peer, {subscribe(1, {udp({peer.endpoint().address, 6000})})});
+    };
+    FakePeer honest{host(99)};
+    std::optional<TimePoint> served;
+    int lost = 0;
+    const auto pass = [&](Duration time) {
+      for (const TimePoint end = machine.now + time; machine.now < end;) {
+        const auto sent = machine.run_to(std::min(machine.now + Duration{5ms}, end) - start);
+        if (machine.now - start >= 5s &&
+            std::ranges::any_of(sent, [](const auto& one) { return is_for(one, "10.0.0.99"); })) {
+          speak(honest);  // once for all that it has heard
+        }
+        for (const std::string& event : machine.events()) {
+          const bool its = event.find("10.0.0.99") != std::string::npos;
+          const bool is_end = event.find("removed") != std::string::npos;
+          served = its && !is_end && !served ? machine.now : served;
+          lost += its && is_end ? 1 : 0;
+        }
+      }
+    };
+    std::uint64_t displaced = 0;
+    std::uint64_t sent = 0;
+    for (std::size_t next = 0; machine.now - start < 20s; ++next) {
+      if (machine.now - start <= 5s) {
+        displaced = machine.discovery.counters().displaced;
+        sent = machine.discovery.counters().datagrams_sent;
+      }
+      speak(crowd[next % crowd.size()]);
+      if (again > 0) {
+        speak(crowd[(next + crowd.size() - again) % crowd.size()]);
+      }
+      pass(pause / addresses);
+    }
+    EXPECT_TRUE(served && *served <= start + 7s);
+    EXPECT_EQ(lost, 0);
+    // It costs little: some take the places of others, and those without one are seldom answered.
+    EXPECT_LE(machine.discovery.counters().displaced - displaced, 15U * 10U + 64U);
+    const auto subscribes_of_64 = static_cast<std::uint64_t>(64 * 15s / pause) * (again > 0 ? 2 : 1);
+    EXPECT_LE(machine.discovery.counters().datagrams_sent - sent, subscribes_of_64 + 15U * 220U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, DeafCrowds,
+                         testing::Values(Deaf{100, 1s, 0}, Deaf{100, 2s, 0}, Deaf{70, 1s, 0}, Deaf{70, 2s, 0},
+                                         Deaf{64, 1s, 0}, Deaf{250, 2500ms, 0}, Deaf{100, 1s, 6}),
+                         [](const auto& info) {
+                           return std::to_string(info.param.addresses) + "Each" +
+                                  std::to_string(info.param.pause / 1ms) + "ms" +
+                                  (info.param.again > 0 ? "Twice" : "");
+                         });
+
 }  // namespace
 }  // namespace trestle::sd::crowds_test

@@ -38,6 +38,23 @@ std::uint64_t reached(const Machine<limits>& machine, Limit limit) {
   return machine.discovery.counters().limits_reached[static_cast<std::size_t>(limit)];
 }
 
+// Clients that subscribe with each offer that they hear, as `renew` says.
+template <typename AnyMachine, typename Renew>
+void answer_offers(AnyMachine& machine, Duration time, const std::vector<FakePeer*>& clients, Renew renew) {
+  for (const TimePoint end = machine.now + time; machine.now < end;) {
+    for (const std::string& sent : machine.run_to(machine.now - start + 5ms)) {
+      for (FakePeer* const client : clients) {
+        const bool hears_it = sent.find("-> 224.244") != std::string::npos ||
+                              sent.find("-> " + describe(client->endpoint()) + " ") != std::string::npos;
+        if (hears_it && sent.find(": offer") != std::string::npos) {
+          renew(*client);
+        }
+      }
+    }
+  }
+  machine.events();
+}
+
 class FairShares : public testing::Test {
  protected:
   void SetUp() override {
@@ -99,7 +116,8 @@ TEST_F(FairShares, CountByAddressNotByPort) {
     greedy.emplace_back(host(2, port));
     subscribe_often(greedy.back(), 1, 2);
   }
-  speak_again(greedy);
+  answer_offers(machine, 4s, {&greedy[0], &greedy[1], &greedy[2]},
+                [&](FakePeer& one) { subscribe_often(one, 1, 2); });
   FakePeer newcomer{host(3)};
   machine.unicast(newcomer, {subscribe(1, {udp(host(3, 1))})});  // a guest: all peers are in use
   EXPECT_THAT(machine.events(), IsEmpty());
@@ -130,11 +148,10 @@ TEST(FairSharesOfAnEventgroup, LeaveRoomForOtherAddresses) {
   machine.unicast(fourth, {subscribe(1, {udp(host(5, 1))})});
   EXPECT_THAT(machine.events(), ElementsAre(HasSubstr("displaced"), HasSubstr("10.0.0.5")));
   // Now all have one, and come again: who comes later is refused.
-  machine.now += 1s;
-  for (FakePeer* const one : {&greedy, &second, &third, &fourth}) {
-    machine.unicast(*one, {find(0x9999)});
-  }
-  machine.sent();
+  answer_offers(machine, 4s, {&greedy, &second, &third, &fourth}, [&](FakePeer& one) {
+    const std::uint16_t port = one.endpoint() == host(2) ? 3 : 1;
+    machine.unicast(one, {subscribe(1, {udp({one.endpoint().address, port})})});
+  });
   machine.unicast(fifth, {subscribe(1, {udp(host(6, 1))})});
   EXPECT_THAT(machine.events(), IsEmpty());
   EXPECT_THAT(machine.sent(), ElementsAre(HasSubstr(": nack")));

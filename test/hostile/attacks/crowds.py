@@ -113,6 +113,34 @@ def addresses_come_again(world):
     world.beside(come_again, 300, 600, newcomer="new=listen:0x4002:1:udp")
 
 
+def keep_subscribing(rate, addresses):
+    """As hosts that do not answer what they are offered; each of them subscribes again and again."""
+    attacker = Attacker()
+    sinks = [open_udp(address, 6000) for address in addresses if address in MANY]
+    for i in pace(rate):
+        source = addresses[i % len(addresses)]
+        attacker.say_as(source, subscribe_entry(0x4002), endpoint(source, 6000), session=1 + i // len(addresses) % 0xFFFF)
+    del sinks
+
+
+@scenario("100-forged-peers", 11, "100 addresses that nobody has subscribe each second; there are 64 places")
+def forged_peers(world):
+    world.honest("events_out", "calls_udp")
+    world.beside(keep_subscribing, 100, SILENT[:100], newcomer="new=listen:0x4002:1:udp")
+
+
+@scenario("70-peers-that-do-not-answer", 11, "70 hosts subscribe each second, and never because of an Offer; there are 64 places")
+def peers_that_do_not_answer(world):
+    world.honest("events_out", "calls_udp")
+    world.beside(keep_subscribing, 70, MANY[:70], newcomer="new=listen:0x4002:1:udp")
+
+
+@scenario("400-forged-peers", 11, "2,000 Subscribes/s from 400 addresses that nobody has")
+def fast_forged_peers(world):
+    world.honest("events_out", "calls_udp")
+    world.beside(keep_subscribing, 400 if world.scale.short else 2000, SILENT[:400], newcomer="new=listen:0x4002:1:udp")
+
+
 def many_subscriptions(rate, count):
     """As many subscriptions as can be from one host, to one eventgroup."""
     attacker = Attacker()
