@@ -2,7 +2,7 @@
 # find_package(trestle COMPONENTS sd) does not ask for what another one needs. The order: each uses those before it.
 include(CMakePackageConfigHelpers)
 set(trestle_components "")
-foreach(component IN ITEMS core net sd dds bridge)
+foreach(component IN ITEMS core fuzz net sd dds bridge)
   get_property(libraries GLOBAL PROPERTY TRESTLE_LIBRARIES_${component})
   if(libraries)
     list(APPEND trestle_components ${component})
@@ -58,7 +58,7 @@ install(FILES ${PROJECT_BINARY_DIR}/trestle-config.cmake ${PROJECT_BINARY_DIR}/t
   ${PROJECT_SOURCE_DIR}/cmake/TrestleHeaders.cmake
   DESTINATION ${config_dir} COMPONENT core)
 
-# pkg-config: the core as trestle-core, the stack with sockets as trestle. The bridge's packages have no files of that kind.
+# pkg-config: the core as trestle-core, the mutators as trestle-fuzz, the stack with sockets as trestle. The bridge's packages have no files of that kind.
 function(trestle_pkg_config name)
   install(FILES ${PROJECT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT ${ARGV1})
   configure_file(${PROJECT_SOURCE_DIR}/cmake/${name}.pc.in ${PROJECT_BINARY_DIR}/${name}.pc @ONLY)
@@ -69,6 +69,10 @@ if(NOT TRESTLE_GUARDS)
   set(TRESTLE_PC_DEFINITIONS " -DTRESTLE_GUARDS=0")
 endif()
 trestle_pkg_config(trestle-core core)
+if(TARGET trestle_fuzz_mutate)
+  trestle_pkg_config(trestle-fuzz fuzz)
+  install(FILES ${PROJECT_SOURCE_DIR}/fuzz/coverage_hook.c DESTINATION ${CMAKE_INSTALL_DATADIR}/trestle COMPONENT fuzz)
+endif()
 if(TARGET trestle_sd_net)
   trestle_pkg_config(trestle sd)
 endif()

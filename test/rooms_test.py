@@ -17,7 +17,7 @@ import tempfile
 ORDER = """
 someip/wire
 someip/core sd/wire
-someip/core/e2e sd/core pcaps
+someip/core/e2e sd/core pcaps fuzz/mutate
 sd/core/device someip/net dds_adapter
 sd/c sd/net
 bridge/documents
@@ -35,7 +35,7 @@ bridge/cli bridge/traffic bridge/web
 bridge/traffic/live
 bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
-bridge/carry/commands bridge/generate
+bridge/carry/commands bridge/conform/fuzz bridge/generate
 bridge/conform/commands
 bridge/program
 """
@@ -83,7 +83,7 @@ def faults(root):
     """What is wrong, a line each."""
     lines = line_of_each()
     seen = set()
-    for top in ("someip", "sd", "dds_adapter", "pcaps", "bridge"):
+    for top in ("someip", "sd", "dds_adapter", "pcaps", "fuzz/mutate", "bridge"):
         for file in sorted((root / top).rglob("*")):
             if file.suffix not in (".hpp", ".cpp", ".h", ".c"):
                 continue

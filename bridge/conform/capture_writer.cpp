@@ -76,7 +76,8 @@ class TcpNumbers {
     put(out, packet.to.port);
     put(out, next + 1);
     put(out, acknowledged + 1);
-    put(out, std::uint16_t{0x5018});  // 20 bytes of header, ACK and PSH
+    // 20 bytes of header; ACK and PSH, or ACK and FIN
+    put(out, packet.ends ? std::uint16_t{0x5011} : std::uint16_t{0x5018});
     put(out, std::uint16_t{0xffff});
     put(out, std::uint32_t{0});
     put_bytes(out, packet.bytes);

@@ -29,6 +29,8 @@ class Device {
   /// somebody else runs it, or stop() ended it. Where commands of the profile stop or restart it, what
   /// start() began may end as it pleases, unless with an error.
   [[nodiscard]] std::optional<std::string> ended();
+  /// The process group of what start() began; 0: there is none.
+  [[nodiscard]] pid_t group() const noexcept { return process_; }
 
  private:
   void run(const std::string& command) const;

@@ -20,6 +20,7 @@ struct Packet {
   Endpoint from{};
   Endpoint to{};
   std::vector<std::byte> bytes{};
+  bool ends = false;      ///< it is the end of a TCP connection, and has no bytes
   std::string comment{};  ///< what is to be said of it in the evidence
 };
 

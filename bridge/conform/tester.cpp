@@ -157,26 +157,6 @@ struct Tester::Port {
 
 Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port)
     : own_{own}, group_{group}, sd_port_{sd_port} {
-  const auto bound = [&](const Endpoint& local) {
-    auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM, own_.v6));
-    const int fd = opened->fd.get();
-    someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, local.address.is_multicast() ? 1 : 0);
-    const SocketAddress address = to_system(local);
-    int result = ::bind(fd, address.get(), address.size);
-    // A process that another tester of this program is about to start has all our sockets for a moment, also
-    // those that are closed here.
-    for (int tries = 0; result != 0 && errno == EADDRINUSE && tries < 50; ++tries) {
-      std::this_thread::sleep_for(10ms);
-      result = ::bind(fd, address.get(), address.size);
-    }
-    if (result != 0) {
-      const std::string why =
-          errno == EADDRINUSE ? "another SOME/IP stack on this host has it" : std::strerror(errno);
-      throw TesterError{"the tester cannot use " + someip::to_string(local) + ": " + why};
-    }
-    opened->local = local;
-    return opened;
-  };
   auto unicast = bound(sd());
   if (!send_groups_from(unicast->fd.get(), own)) {
     fail("no interface for multicast has the tester's address " + someip::to_string(own));
@@ -195,6 +175,27 @@ bool Tester::is_ours(const IpAddress& address) {
   const someip::Descriptor fd{open_socket(SOCK_DGRAM, address.v6)};
   const SocketAddress own = to_system({address, 0});
   return ::bind(fd.get(), own.get(), own.size) == 0;
+}
+
+std::unique_ptr<Tester::Port> Tester::bound(const Endpoint& local) const {
+  auto opened = std::make_unique<Port>(open_socket(SOCK_DGRAM, own_.v6));
+  const int fd = opened->fd.get();
+  someip::set_option(fd, SOL_SOCKET, SO_REUSEADDR, local.address.is_multicast() ? 1 : 0);
+  const SocketAddress address = to_system(local);
+  int result = ::bind(fd, address.get(), address.size);
+  // A process that another tester of this program is about to start has all our sockets for a moment, also
+  // those that are closed here.
+  for (int tries = 0; result != 0 && errno == EADDRINUSE && tries < 50; ++tries) {
+    std::this_thread::sleep_for(10ms);
+    result = ::bind(fd, address.get(), address.size);
+  }
+  if (result != 0) {
+    const std::string why =
+        errno == EADDRINUSE ? "another SOME/IP stack on this host has it" : std::strerror(errno);
+    throw TesterError{"the tester cannot use " + someip::to_string(local) + ": " + why};
+  }
+  opened->local = local;
+  return opened;
 }
 
 Tester::Port& Tester::port(PortId id) const {
@@ -225,6 +226,12 @@ PortId Tester::open_udp(std::optional<Endpoint> group) {
     fail("cannot join " + someip::to_string(group->address));
   }
   opened->local = local_of(fd);
+  return add(std::move(opened));
+}
+
+PortId Tester::open_udp_at(std::uint16_t port) {
+  auto opened = bound({own_, port});
+  someip::set_buffer(opened->fd.get(), SO_RCVBUFFORCE, SO_RCVBUF, 4 << 20);
   return add(std::move(opened));
 }
 
@@ -281,6 +288,11 @@ bool Tester::is_closed(PortId connection) const {
 
 void Tester::close(PortId id) {
   ports_.erase(id);
+}
+
+void Tester::note_end(PortId id) {
+  const Port& one = port(id);
+  note(true, Transport::tcp, one.local, one.peer, {}).ends = true;
 }
 
 void Tester::close_all() {

@@ -41,6 +41,9 @@ class Tester {
 
   /// A UDP port of its own, which the system chooses; for a multicast group: joined, at that port.
   PortId open_udp(std::optional<Endpoint> group = {});
+  /// The same, at a port that the caller chooses.
+  /// @throws TesterError when it is not free.
+  PortId open_udp_at(std::uint16_t port);
   /// Connects within the time; nothing: it was refused, or nobody answered.
   std::optional<PortId> connect(const Endpoint& to, Duration within);
   /// Waits for connections at a port that the system chooses; those that come get ids of their own,
@@ -51,6 +54,8 @@ class Tester {
   /// Whether the peer has ended this TCP connection.
   [[nodiscard]] bool is_closed(PortId connection) const;
   void close(PortId port);
+  /// Packets tell that this TCP connection ends now.
+  void note_end(PortId connection);
   /// All but those of service discovery.
   void close_all();
 
@@ -84,6 +89,7 @@ class Tester {
 
   Port& port(PortId id) const;
   PortId add(std::unique_ptr<Port> port);
+  [[nodiscard]] std::unique_ptr<Port> bound(const Endpoint& local) const;
   Packet& note(bool sent, Transport transport, const Endpoint& from, const Endpoint& to, ByteView bytes);
   void read(PortId id);
   void read_datagrams(Port& from);

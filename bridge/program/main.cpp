@@ -20,6 +20,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/commands/conform_command.hpp"
+#include "bridge/conform/commands/fuzz_command.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/inspect/decode/decode_command.hpp"
@@ -92,6 +93,7 @@ int run(int argc, char** argv) {
   generate::add_diff_command(app, status, readers);
   generate::add_explain_command(app, status, readers);
   conform::add_conform_command(app, status, readers);
+  conform::add_fuzz_command(app, status);
   inspect::add_decode_command(app, status);
   inspect::add_find_command(app, status);
   inspect::add_watch_command(app, status);

@@ -281,6 +281,11 @@ Out each_offer_has(std::uint8_t type, unsigned service_used) {
   };
 }
 
+const std::vector<Fault>& bugs() {
+  static const std::vector<Fault> all = planted_bugs();
+  return all;
+}
+
 const std::vector<Fault>& faults() {
   static const std::vector<Fault> all = [] {
     // Those first that take long.

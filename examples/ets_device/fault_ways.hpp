@@ -116,5 +116,7 @@ void add_entry(Bytes& bytes, std::uint8_t type, unsigned service_used);
 [[nodiscard]] std::vector<Fault> message_faults();
 /// Of many messages, subscribers or connections. To find them takes long.
 [[nodiscard]] std::vector<Fault> load_faults();
+/// Bugs as they are in parsers and tables, for `trestle fuzz`: what finds them is a kind of finding, no case.
+[[nodiscard]] std::vector<Fault> planted_bugs();
 
 }  // namespace ets

@@ -161,17 +161,20 @@ std::size_t receive_with_fault(int fd, msghdr& message, std::size_t size) {
 }  // namespace
 
 bool choose_fault(const std::string& name) {
-  const auto found = std::ranges::find(faults(), name, &Fault::name);
-  chosen = found == faults().end() ? nullptr : &*found;
+  for (const auto* table : {&faults(), &bugs()}) {
+    if (const auto found = std::ranges::find(*table, name, &Fault::name); found != table->end()) {
+      chosen = &*found;
+    }
+  }
   return chosen != nullptr;
 }
 
-std::string list_of_faults() {
-  std::string all;
-  for (const Fault& one : faults()) {
-    all += std::string{one.name} + "\t" + one.finders + "\t" + one.what + "\n";
+std::string list_of(const std::vector<Fault>& all) {
+  std::string lines;
+  for (const Fault& one : all) {
+    lines += std::string{one.name} + "\t" + one.finders + "\t" + one.what + "\n";
   }
-  return all;
+  return lines;
 }
 
 }  // namespace ets

@@ -47,12 +47,14 @@ struct Fault {
   In in{};
 };
 
-/// All that there are: sd_faults.cpp, message_faults.cpp.
+/// All that conformance cases find: sd_faults.cpp, message_faults.cpp.
 [[nodiscard]] const std::vector<Fault>& faults();
+/// What a fuzzer finds: planted_bugs.cpp.
+[[nodiscard]] const std::vector<Fault>& bugs();
 
-/// From now on. False: there is no such fault.
+/// From now on. False: there is no such fault or bug.
 [[nodiscard]] bool choose_fault(const std::string& name);
-/// A line for each: its name, a tab, the conformance cases that may find it, a tab, what the device does.
-[[nodiscard]] std::string list_of_faults();
+/// A line for each: its name, a tab, what may find it, a tab, what the device does.
+[[nodiscard]] std::string list_of(const std::vector<Fault>& all);
 
 }  // namespace ets

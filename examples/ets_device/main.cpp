@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* usage =
     "ets_device [--address IP] [--multicast IP] [--sd-port N] [--event-group IP] [--find-answers "
-    "unicast|optimised] [--fault NAME | --list-faults]\n";
+    "unicast|optimised] [--fault NAME | --list-faults | --list-bugs]\n";
 
 /// The options that were given, over the defaults.
 std::map<std::string, std::string> options_of(int argc, char** argv) {
@@ -38,13 +38,14 @@ std::map<std::string, std::string> options_of(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc == 2 && argv[1] == std::string{"--list-faults"}) {
-    std::fputs(ets::list_of_faults().c_str(), stdout);
+  const std::string first = argc == 2 ? argv[1] : "";
+  if (first == "--list-faults" || first == "--list-bugs") {
+    std::fputs(ets::list_of(first == "--list-bugs" ? ets::bugs() : ets::faults()).c_str(), stdout);
     return 0;
   }
   const auto options = options_of(argc, argv);
   if (const std::string& fault = options.at("--fault"); !fault.empty() && !ets::choose_fault(fault)) {
-    throw std::runtime_error{"there is no fault '" + fault + "': see --list-faults"};
+    throw std::runtime_error{"there is no fault '" + fault + "': see --list-faults and --list-bugs"};
   }
   const auto address = [&](const char* name) {
     return trestle::someip::parse_address(options.at(name)).value();

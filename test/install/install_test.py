@@ -23,12 +23,13 @@ DDS_PACKAGES = ["fastrtps", "fastdds", "fastcdr"]
 BRIDGE_PACKAGES = ["fmt", "spdlog", "yaml-cpp", "EXPAT", "tinyxml2", "nlohmann_json", "OpenSSL", "CLI11"]
 SPARED = {
     "core": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
+    "fuzz": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
     "net": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
     "sd": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
     "dds": ["Boost", "fmt", "spdlog", "yaml-cpp", "EXPAT", "nlohmann_json", "CLI11"],
     "bridge": ["CLI11"],
 }
-PROGRAMS = {"core": "device", "net": "someip_net", "sd": "sd_net", "dds": "dds", "bridge": "bridge"}
+PROGRAMS = {"core": "device", "fuzz": "fuzz_mutate", "net": "someip_net", "sd": "sd_net", "dds": "dds", "bridge": "bridge"}
 
 
 def run(*command, **options):
@@ -158,7 +159,7 @@ class Components(unittest.TestCase):
     def test_one_that_there_is_not_fails(self):
         done = consumer("-DCOMPONENTS=sd;bus")
         self.assertNotEqual(done.returncode, 0)
-        self.assertIn('trestle has no component "bus"; there are core, net, sd, dds, bridge', done.stdout)
+        self.assertIn('trestle has no component "bus"; there are core, fuzz, net, sd, dds, bridge', done.stdout)
 
     def test_a_package_that_is_not_there_is_named(self):
         done = consumer("-DCOMPONENTS=bridge", without=["yaml-cpp"])

@@ -1,13 +1,10 @@
 #include "bridge/conform/commands/conform_command.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <array>
 #include <atomic>
 #include <csignal>
-#include <filesystem>
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
@@ -15,36 +12,25 @@
 #include "bridge/cli/signals.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/commands/device_options.hpp"
 #include "bridge/conform/commands/profile_command.hpp"
 #include "bridge/conform/commands/replay_command.hpp"
 #include "bridge/conform/commands/result_output.hpp"
 #include "bridge/conform/commands/results_commands.hpp"
 #include "bridge/conform/parallel.hpp"
-#include "bridge/conform/profile.hpp"
 #include "bridge/conform/replay/rules.hpp"
 #include "bridge/conform/report.hpp"
 #include "bridge/conform/runner.hpp"
 #include "bridge/conform/selftest.hpp"
 #include "bridge/conform/tester.hpp"
-#include "bridge/documents/document.hpp"
-#include "someip/net/address_text.hpp"
-#include "someip/net/addresses.hpp"
 
 namespace trestle::conform {
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Arguments {
+struct Arguments : DeviceOptions {
   std::vector<std::string> selectors;
-  std::string profile;
-  std::string tester;
-  std::string device;
-  std::string interface;
-  std::uint64_t seed = 1;
   std::string level = "tc8";
   std::string role = "both";
-  std::string folder = "conform-results";
   std::vector<std::string> faults;
   bool quiet = false;
   bool quick = false;
@@ -89,61 +75,6 @@ std::vector<const Case*> cases_of(const Arguments& arguments) {
   return all;
 }
 
-IpAddress address_of(const char* name, const std::string& text) {
-  const auto address = someip::parse_address(text);
-  if (!address) {
-    throw CLI::ValidationError{name, "'" + text + "' is no IP address"};
-  }
-  return *address;
-}
-
-/// Nothing, after it has said why, when the profile cannot be used.
-std::optional<Profile> profile_of(const Arguments& arguments) {
-  const auto text = documents::read_text_file(arguments.profile);
-  if (!text) {
-    throw CLI::ValidationError{"--dut", text.error()};
-  }
-  auto profile = read_profile(*text, arguments.profile);
-  if (!profile) {
-    for (const documents::Problem& problem : profile.error()) {
-      fmt::print(stderr, "{}\n", documents::to_string(problem));
-    }
-    return std::nullopt;
-  }
-  if (!arguments.tester.empty()) {
-    profile->tester = address_of("--tester", arguments.tester);
-  }
-  if (!arguments.device.empty()) {
-    profile->device = address_of("--device", arguments.device);
-  }
-  if (profile->device.v6 != profile->multicast.v6 || profile->tester.v6 != profile->multicast.v6) {
-    throw CLI::ValidationError{
-        arguments.device.empty() ? "--tester" : "--device",
-        fmt::format(
-            "device {}, tester {} and the multicast group of the profile, {}, have to be all of IPv4, "
-            "or all of IPv6",
-            someip::to_string(profile->device), someip::to_string(profile->tester),
-            someip::to_string(profile->multicast))};
-  }
-  if (!arguments.interface.empty()) {
-    const auto own = someip::address_beside(arguments.interface, profile->device);
-    if (!own) {
-      throw CLI::ValidationError{"--interface", "'" + arguments.interface +
-                                                    "' has no address in the subnet of the device, " +
-                                                    someip::to_string(profile->device)};
-    }
-    profile->tester = *own;
-  }
-  if (profile->tester == profile->device) {
-    throw CLI::ValidationError{"--tester", "the device and the tester need two addresses"};
-  }
-  return *profile;
-}
-
-std::string programs() {
-  return fs::read_symlink("/proc/self/exe").parent_path().string();
-}
-
 /// The case that runs now, on a line that the next one takes away. Only where somebody looks.
 class Progress {
  public:
@@ -171,24 +102,13 @@ class Progress {
 };
 
 RunInfo info_of(const Arguments& arguments, const Profile& profile) {
-  std::string command = "trestle conform run --dut " + arguments.profile;
-  if (!arguments.tester.empty()) {
-    command += " --tester " + arguments.tester;
-  }
-  if (!arguments.device.empty()) {
-    command += " --device " + arguments.device;
-  }
-  if (!arguments.interface.empty()) {
-    command += " --interface " + arguments.interface;
-  }
-  command += fmt::format(" --seed {}", arguments.seed);
   return {.profile_file = arguments.profile,
           .device = profile.name,
           .device_version = profile.version,
           .folder = arguments.folder,
           .level = level_of(arguments.level),
           .seed = arguments.seed,
-          .command = std::move(command)};
+          .command = "trestle conform run" + as_words(arguments)};
 }
 
 /// What run and selftest begin with.
@@ -208,17 +128,6 @@ struct Begun {
     };
   }
 };
-
-void prepare_folder(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!error && ::access(folder.c_str(), W_OK | X_OK) != 0) {
-    error = std::error_code{errno, std::generic_category()};
-  }
-  if (error) {
-    throw CLI::ValidationError{"--out", "cannot write into '" + folder + "': " + error.message()};
-  }
-}
 
 /// Nothing, after it has said why, when the profile cannot be used.
 std::optional<Begun> begin(const Arguments& arguments) {
@@ -388,24 +297,6 @@ void add_selection(CLI::App& command, Arguments& arguments) {
       ->check(CLI::IsMember({"server", "client", "both"}));
 }
 
-void add_device(CLI::App& command, Arguments& arguments) {
-  command.add_option("--dut", arguments.profile, "The profile of the device: a YAML file")
-      ->type_name("FILE")
-      ->required();
-  command.add_option("--tester", arguments.tester, "Our own address, in place of that in the profile")
-      ->type_name("IP");
-  command
-      .add_option("--interface", arguments.interface,
-                  "Our own address is that of this network interface in the subnet of the device")
-      ->type_name("IF")
-      ->excludes("--tester");
-  cli::option(command, "--seed", arguments.seed, "N", "Of everything random: the same seed, the same run");
-  command
-      .add_option("--device", arguments.device, "The address of the device, in place of that in the profile")
-      ->type_name("IP");
-  cli::option(command, "--out", arguments.folder, "DIR", "The folder for results and captures");
-}
-
 }  // namespace
 
 void add_conform_command(CLI::App& app, int& status, const generate::SourceReaders& readers) {
@@ -417,7 +308,7 @@ void add_conform_command(CLI::App& app, int& status, const generate::SourceReade
     CLI::App* one = conform->add_subcommand(name, what);
     add_selection(*one, *arguments);
     if (with_device) {
-      add_device(*one, *arguments);
+      add_device_options(*one, *arguments);
     }
     one->footer(footer);
     one->callback([arguments, action, &status] {

@@ -1,9 +1,13 @@
-// bridge/conform/commands: `trestle conform`.
+// bridge/conform/commands: `trestle conform` and `trestle fuzz`.
 //
 //   conform_command.hpp   run, list, explain, selftest
-//   profile_command.hpp   profile: a first profile, from the sources of `trestle generate`;
-//   profile_writer.hpp replay_command.hpp    replay: verdicts from a capture result_output.hpp     results on
-//   the terminal, and as files results_commands.hpp  diff, matrix: what was run before
+//   profile_command.hpp   profile: a first profile, from the sources of `trestle generate`
+//   profile_writer.hpp    what that profile says
+//   replay_command.hpp    replay: verdicts from a capture
+//   results_commands.hpp  diff, matrix: what was run before
+//   result_output.hpp     results on the terminal, and as files
+//   fuzz_command.hpp      `trestle fuzz`
+//   device_options.hpp    --dut and what else every command is told of a device
 //
 // What is done stands in bridge/conform; here are the command line and what is printed.
 #pragma once
