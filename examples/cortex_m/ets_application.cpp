@@ -126,23 +126,6 @@ constexpr std::array<device::Need, EtsApplication::limits.needs> need_table{
                  .port = told_client_port,
                  .subscriptions = wanted}};
 
-ReturnCode code_of(e2e::CheckStatus status) noexcept {
-  switch (status) {
-    case e2e::CheckStatus::ok:
-    case e2e::CheckStatus::ok_some_lost:
-      return ReturnCode::ok;
-    case e2e::CheckStatus::repeated:
-      return ReturnCode::e2e_repeated;
-    case e2e::CheckStatus::wrong_sequence:
-      return ReturnCode::e2e_wrong_sequence;
-    case e2e::CheckStatus::no_new_data:
-      return ReturnCode::e2e_no_new_data;
-    case e2e::CheckStatus::error:
-      break;
-  }
-  return ReturnCode::e2e;
-}
-
 /// A header as it is sent. Its second half is protected along with the payload.
 class EncodedHeader {
  public:

@@ -191,21 +191,4 @@ void E2eChannels::forget(const std::optional<Endpoint>& udp, const std::optional
   }
 }
 
-someip::ReturnCode code_of(e2e::CheckStatus status) noexcept {
-  switch (status) {
-    case e2e::CheckStatus::ok:
-    case e2e::CheckStatus::ok_some_lost:
-      return someip::ReturnCode::ok;
-    case e2e::CheckStatus::repeated:
-      return someip::ReturnCode::e2e_repeated;
-    case e2e::CheckStatus::wrong_sequence:
-      return someip::ReturnCode::e2e_wrong_sequence;
-    case e2e::CheckStatus::no_new_data:
-      return someip::ReturnCode::e2e_no_new_data;
-    case e2e::CheckStatus::error:
-      break;
-  }
-  return someip::ReturnCode::e2e;
-}
-
 }  // namespace trestle::sd

@@ -150,7 +150,4 @@ struct E2eReply {
   someip::e2e::CheckResult request;  ///< what its check found out
 };
 
-/// The code that tells of a failed check.
-[[nodiscard]] someip::ReturnCode code_of(someip::e2e::CheckStatus status) noexcept;
-
 }  // namespace trestle::sd

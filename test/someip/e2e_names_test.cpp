@@ -34,5 +34,14 @@ TEST(E2eNames, AreThoseOfTheEnumerators) {
   EXPECT_STREQ(to_string(State::invalid), "invalid");
 }
 
+TEST(E2eCodes, TellTheClientWhatTheCheckOfItsRequestSays) {
+  EXPECT_EQ(code_of(CheckStatus::ok), ReturnCode::ok);
+  EXPECT_EQ(code_of(CheckStatus::ok_some_lost), ReturnCode::ok);
+  EXPECT_EQ(code_of(CheckStatus::repeated), ReturnCode::e2e_repeated);
+  EXPECT_EQ(code_of(CheckStatus::wrong_sequence), ReturnCode::e2e_wrong_sequence);
+  EXPECT_EQ(code_of(CheckStatus::no_new_data), ReturnCode::e2e_no_new_data);
+  EXPECT_EQ(code_of(CheckStatus::error), ReturnCode::e2e);
+}
+
 }  // namespace
 }  // namespace trestle::someip::e2e::e2e_names_test

@@ -89,7 +89,7 @@ std::optional<someip::ReturnCode> refused_by(std::optional<E2eStatus>& status,
     return std::nullopt;
   }
   status->note(*request.check);
-  return status->passes() ? std::nullopt : std::optional{sd::code_of(request.check->status)};
+  return status->passes() ? std::nullopt : std::optional{someip::e2e::code_of(request.check->status)};
 }
 
 void append_e2e(CounterGroup& group, const std::optional<E2eStatus>& status) {

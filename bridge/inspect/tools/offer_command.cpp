@@ -155,7 +155,7 @@ class Service {
         cli::Session::warn(wrong);
       }
     }
-    return !text.failed_check.empty() ? sd::code_of(request.check->status)
+    return !text.failed_check.empty() ? someip::e2e::code_of(request.check->status)
            : !text.fault.empty()      ? ReturnCode::malformed_message
                                       : ReturnCode::ok;
   }

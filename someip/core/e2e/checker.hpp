@@ -3,6 +3,7 @@
 
 #include "someip/core/e2e/layout.hpp"
 #include "someip/core/e2e/state_machine.hpp"
+#include "someip/wire/header.hpp"
 
 namespace trestle::someip::e2e {
 
@@ -21,6 +22,24 @@ enum class Fault : std::uint8_t {
 };
 /// The fault's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(Fault fault) noexcept;
+
+/// The code by which a server answers a request whose check says this; ok: the request is good.
+[[nodiscard]] constexpr ReturnCode code_of(CheckStatus status) noexcept {
+  switch (status) {
+    case CheckStatus::ok:
+    case CheckStatus::ok_some_lost:
+      return ReturnCode::ok;
+    case CheckStatus::repeated:
+      return ReturnCode::e2e_repeated;
+    case CheckStatus::wrong_sequence:
+      return ReturnCode::e2e_wrong_sequence;
+    case CheckStatus::no_new_data:
+      return ReturnCode::e2e_no_new_data;
+    case CheckStatus::error:
+      break;
+  }
+  return ReturnCode::e2e;
+}
 
 /// What is expected of a method's message in profiles 4m, 7m and 44m; the other profiles ignore it.
 struct MethodExpectation {
