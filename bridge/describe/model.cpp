@@ -216,6 +216,7 @@ void append(Model& to, Model from) {
   move_to_end(to.services, from.services);
   move_to_end(to.instances, from.instances);
   move_to_end(to.machines, from.machines);
+  move_to_end(to.observed_uses, from.observed_uses);
   move_to_end(to.constants, from.constants);
   move_to_end(to.collections, from.collections);
 }

@@ -323,7 +323,9 @@ struct Instance {
   std::vector<Multicast> multicast{};
   std::vector<someip::EventgroupId> eventgroups{};  ///< required: those that are subscribed to; empty: all
   std::optional<sd::Timing> timing{};
-  std::optional<std::uint16_t> priority{};  ///< load balancing
+  std::optional<std::uint32_t> observed_ttl_s{};  ///< of a capture: of its last offer
+  std::optional<Duration> observed_cycle{};       ///< of a capture: between its last two offers to all
+  std::optional<std::uint16_t> priority{};        ///< load balancing
   std::optional<std::uint16_t> weight{};
   /// The items of its configuration option; AUTOSAR calls them CAPABILITY-RECORDS.
   std::map<std::string, std::string, std::less<>> configuration{};
@@ -341,6 +343,18 @@ struct Machine {
   Place place{};
 };
 
+/// What a capture shows of a client: what it subscribes to.
+struct ObservedUse {
+  IpAddress client{};
+  someip::ServiceId service{};
+  someip::InstanceId instance{};
+  std::uint8_t major = 1;
+  someip::EventgroupId eventgroup{};
+  bool udp = false;        ///< the client named an endpoint for it
+  bool tcp = false;        ///< likewise
+  bool multicast = false;  ///< the server named a group
+};
+
 /// A system's interfaces.
 struct Model {
   std::vector<std::string> files{};  ///< that it was read from, as they were named
@@ -348,6 +362,7 @@ struct Model {
   std::vector<Service> services{};
   std::vector<Instance> instances{};
   std::vector<Machine> machines{};
+  std::vector<ObservedUse> observed_uses{};
   std::vector<Constant> constants{};
   /// At most one of each scope: those with a description, or another version than 1.0.
   std::vector<TypeCollection> collections{};

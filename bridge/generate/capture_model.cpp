@@ -229,6 +229,8 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     describe::Instance instance{.service = service.name, .service_id = seen.service, .id = seen.instance};
     instance.major = seen.major;
     instance.minor = seen.minor;
+    instance.observed_ttl_s = seen.ttl_s;
+    instance.observed_cycle = seen.cycle;
     if (seen.udp) {
       instance.address = seen.udp->address;
       instance.udp_port = seen.udp->port;
@@ -244,6 +246,14 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     if (!is_service(seen.service)) {
       continue;
     }
+    model.observed_uses.push_back({.client = seen.subscriber.address,
+                                   .service = seen.service,
+                                   .instance = seen.instance,
+                                   .major = seen.major,
+                                   .eventgroup = seen.eventgroup,
+                                   .udp = seen.udp.has_value(),
+                                   .tcp = seen.tcp.has_value(),
+                                   .multicast = seen.multicast.has_value()});
     describe::Service& service = service_of(seen.service);
     if (eventgroups.emplace(seen.service, seen.eventgroup).second) {
       service.eventgroups.push_back(

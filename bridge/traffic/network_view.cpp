@@ -144,6 +144,9 @@ void NetworkView::on_entry(const sd::SdMessage& message, const sd::Entry& entry,
     return SubscriptionKey{entry.service, entry.instance, entry.major,    entry.eventgroup(),
                            subscriber,    server,         entry.counter()};
   };
+  if (to.address.is_multicast()) {
+    service.last_to_all = now;
+  }
   switch (entry.kind()) {
     case sd::EntryKind::offer_service:
       read_endpoints(message, entry, service);
@@ -205,6 +208,10 @@ void NetworkView::on_offer(const SeenService& offer, TimePoint now, std::vector<
   service.ttl_s = offer.ttl_s;
   service.last_seen = now;
   ++service.offers;
+  if (offer.last_to_all) {
+    service.cycle = service.last_to_all ? std::optional{now - *service.last_to_all} : std::nullopt;
+    service.last_to_all = now;
+  }
   if (changed) {
     sightings.push_back({Kind::changed, service, {}});
   }

@@ -23,7 +23,9 @@ struct SeenService {
   std::uint32_t ttl_s = 0;
   TimePoint first_seen{};
   TimePoint last_seen{};
-  std::uint64_t offers = 0;  ///< that came, since first_seen
+  std::uint64_t offers = 0;                ///< that came, since first_seen
+  std::optional<TimePoint> last_to_all{};  ///< when the last one came that went to the group
+  std::optional<Duration> cycle{};         ///< between the last two of these
   std::optional<TimePoint> gone{};
 
   /// Offers a second; 0 until there were two.

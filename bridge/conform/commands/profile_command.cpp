@@ -56,7 +56,7 @@ int profile(ProfileArguments& arguments) {
   }
   const WrittenProfile written = write_profile(system.model, wishes);
   if (written.text.empty()) {
-    fmt::print(stderr, "error: no service with an id is offered over IPv4{}\n",
+    fmt::print(stderr, "error: no service with an id is offered over IPv4, or subscribed to{}\n",
                wishes.device ? " by " + arguments.device : "");
     return cli::exit_failure;
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "someip/net/address_text.hpp"
@@ -160,8 +161,9 @@ std::string service_lines(const Service& service, const Instance& instance, std:
   all += fmt::format("    major: {}\n", std::min<unsigned>(instance.major.value_or(service.major), 254));
   all += fmt::format("    minor: {}\n",
                      std::min<std::uint32_t>(instance.minor.value_or(service.minor), 0xffff'fffe));
-  if (instance.timing && instance.timing->ttl_s > 0) {
-    all += fmt::format("    ttl: {}\n", std::min<std::uint32_t>(instance.timing->ttl_s, sd::infinite_ttl_s));
+  const std::uint32_t ttl_s = instance.timing ? instance.timing->ttl_s : instance.observed_ttl_s.value_or(0);
+  if (ttl_s > 0) {
+    all += fmt::format("    ttl: {}\n", std::min<std::uint32_t>(ttl_s, sd::infinite_ttl_s));
   }
   if (instance.udp_port.value_or(0) != 0) {
     all += fmt::format("    udp: {}\n", *instance.udp_port);
@@ -184,6 +186,87 @@ std::string timing_lines(const sd::Timing& timing) {
       "  cyclic_offer_delay: {} ms\n",
       ms(timing.initial_delay_max), ms(timing.repetitions_base_delay),
       std::min<unsigned>(timing.repetitions_max, 20), ms(timing.cyclic_offer_delay));
+}
+
+/// What was seen is never quite what is configured: two digits of it are.
+std::int64_t rounded_ms(Duration time) {
+  const std::int64_t ms = std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
+  std::int64_t step = 1;
+  while (ms / step >= 100) {
+    step *= 10;
+  }
+  return (ms + step / 2) / step * step;
+}
+
+/// A service that the device uses, and eventgroups of it.
+struct Used {
+  someip::InstanceId instance{};
+  std::uint8_t major = 1;
+  std::optional<someip::EventgroupId> udp{};
+  std::optional<someip::EventgroupId> tcp{};
+  std::optional<someip::EventgroupId> multicast{};
+};
+using Uses = std::map<someip::ServiceId, Used>;
+
+/// By client. The first instance and eventgroup of each service that it subscribes to.
+std::map<IpAddress, Uses> uses_of(const describe::Model& model) {
+  std::map<IpAddress, Uses> all;
+  for (const describe::ObservedUse& one : model.observed_uses) {
+    if (!one.client.v6 && someip::names_an_instance(one.instance) &&
+        someip::names_an_eventgroup(one.eventgroup)) {
+      Used& used = all[one.client].try_emplace(one.service, Used{one.instance, one.major}).first->second;
+      std::optional<someip::EventgroupId>& place = one.multicast ? used.multicast
+                                                   : one.udp     ? used.udp
+                                                                 : used.tcp;
+      place = place.value_or(one.eventgroup);
+    }
+  }
+  for (auto& [client, uses] : all) {
+    // Each needs one over UDP; events by multicast come over UDP, too.
+    for (auto& [service, used] : uses) {
+      if (!used.udp) {
+        used.udp = std::exchange(used.multicast, std::nullopt);
+      }
+    }
+    std::erase_if(uses, [](const auto& one) { return !one.second.udp; });
+  }
+  std::erase_if(all, [](const auto& one) { return one.second.empty(); });
+  return all;
+}
+
+/// An event of the eventgroup; nothing: none is known.
+std::optional<someip::MethodId> event_of(const describe::Model& model, someip::ServiceId id,
+                                         someip::EventgroupId group) {
+  const auto service = std::ranges::find(model.services, std::optional{id}, &Service::id);
+  if (service != model.services.end()) {
+    for (const describe::Event& one : service->events) {
+      if (one.id && std::ranges::find(one.eventgroups, group) != one.eventgroups.end()) {
+        return one.id;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+std::string use_lines(const describe::Model& model, const Uses& uses) {
+  std::string all = uses.empty() ? "" : "uses:\n";
+  for (const auto& [id, used] : uses) {
+    bool guessed = false;
+    const auto wanted = [&, service = id](const char* key, const std::optional<someip::EventgroupId>& group) {
+      if (!group) {
+        return std::string{};
+      }
+      const auto event = event_of(model, service, *group);
+      guessed = guessed || !event;
+      return fmt::format(", {}: {{eventgroup: {}, event: {}}}", key, value(*group),
+                         hex(event ? value(*event) : 0x8001));
+    };
+    all += fmt::format("  - {{id: {}, instance: {}, major: {}", hex(value(id)), value(used.instance),
+                       std::min<unsigned>(used.major, 254));
+    all += wanted("udp", used.udp) + wanted("tcp", used.tcp) + wanted("multicast", used.multicast) + "}";
+    all += guessed ? "  # which events it needs is a guess\n" : "\n";
+  }
+  return all;
 }
 
 /// Another one in the same subnet, most probably.
@@ -211,10 +294,17 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
       devices[address].push_back({&*service, &instance});
     }
   }
+  // Who offers nothing may use something.
+  const std::map<IpAddress, Uses> uses = uses_of(model);
+  for (const auto& [client, used] : uses) {
+    devices[client];
+  }
   if (devices.empty()) {
     return {};
   }
-  auto chosen = std::ranges::max_element(devices, {}, [](const auto& one) { return one.second.size(); });
+  auto chosen = std::ranges::max_element(devices, {}, [&](const auto& one) {
+    return std::pair{one.second.size(), one.first && uses.contains(*one.first) ? 1 : 0};
+  });
   if (wishes.device) {
     chosen = devices.find(wishes.device);
     chosen = chosen == devices.end() ? devices.find(std::nullopt) : chosen;
@@ -230,9 +320,11 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
   }
   const std::optional<IpAddress> known = wishes.device ? wishes.device : chosen->first;
   const IpAddress device = known.value_or(IpAddress::v4(192, 0, 2, 1));
-  const Instance& first = *chosen->second.front().instance;
+  const Instance nothing{};
+  const Instance& first = chosen->second.empty() ? nothing : *chosen->second.front().instance;
   const auto machine = std::ranges::find_if(model.machines, [&](const describe::Machine& one) {
-    return one.name == first.machine || (one.address && one.address == chosen->first);
+    return (!first.machine.empty() && one.name == first.machine) ||
+           (one.address && one.address == chosen->first);
   });
   const bool has_machine = machine != model.machines.end();
   std::string& all = written.text;
@@ -262,14 +354,22 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
   if (port.value_or(0) != 0) {
     all += fmt::format("  sd_port: {}\n", *port);
   }
-  all +=
-      "# The first service is what most cases talk to: best one with methods and eventgroups.\nservices:\n";
+  if (!chosen->second.empty()) {
+    all +=
+        "# The first service is what most cases talk to: best one with methods and eventgroups.\nservices:\n";
+  }
   std::uint16_t guessed_port = 30501;
   for (const Offered& one : chosen->second) {
     all += service_lines(*one.service, *one.instance, guessed_port++);
   }
+  if (const auto own = known ? uses.find(*known) : uses.end(); own != uses.end()) {
+    all += use_lines(model, own->second);
+  }
   if (first.timing) {
     all += timing_lines(*first.timing);
+  } else if (first.observed_cycle) {
+    all +=
+        fmt::format("timing:\n  cyclic_offer_delay: {} ms  # as seen\n", rounded_ms(*first.observed_cycle));
   }
   all +=
       "# Where the specification leaves a choice, what the device is meant to do, such as:\n"

@@ -15,7 +15,7 @@ struct ProfileWishes {
 };
 
 struct WrittenProfile {
-  std::string text{};    ///< YAML, with comments on what is left to say; empty: there is no service
+  std::string text{};    ///< YAML, with comments on what is left to say; empty: there is nothing to write of
   std::string others{};  ///< devices that it is not about, "192.0.2.7, 192.0.2.9"
 };
 

@@ -112,6 +112,50 @@ TEST(ProfileWriter, GuessesWhatADescriptionLeavesOpen) {
   EXPECT_EQ(read_back(write_profile(model, {.device = device})).device, device);
 }
 
+TEST(ProfileWriter, WritesWhatWasSeenOfOffers) {
+  describe::Model model = door();
+  model.instances[0].observed_ttl_s = 3;
+  model.instances[0].observed_cycle = std::chrono::microseconds{1'003'700};
+  const Profile profile = read_back(write_profile(model, {}));
+  EXPECT_EQ(profile.service().ttl_s, 3U);
+  EXPECT_EQ(profile.timing.cyclic_offer_delay, std::chrono::seconds{1});
+}
+
+TEST(ProfileWriter, WritesWhatAClientUses) {
+  describe::Model model = door();
+  const IpAddress client = IpAddress::v4(192, 168, 1, 12);
+  const auto use = [&](std::uint16_t service, std::uint16_t group, bool udp, bool multicast) {
+    return describe::ObservedUse{.client = client,
+                                 .service = someip::ServiceId{service},
+                                 .instance = someip::InstanceId{3},
+                                 .major = 2,
+                                 .eventgroup = someip::EventgroupId{group},
+                                 .udp = udp,
+                                 .tcp = !udp,
+                                 .multicast = multicast};
+  };
+  model.observed_uses = {use(0x4711, 2, true, false), use(0x4711, 7, true, true),
+                         use(0x4711, 9, false, false), use(0x4712, 1, false, false)};
+  const WrittenProfile written = write_profile(model, {.device = client});
+  const Profile profile = read_back(written);
+  EXPECT_EQ(profile.device, client);
+  EXPECT_TRUE(profile.services.empty());
+  ASSERT_EQ(profile.uses.size(), 1U);  // the other one has nothing over UDP, which cases need
+  const UsedService& used = profile.uses.front();
+  EXPECT_EQ(used.service, someip::ServiceId{0x4711});
+  EXPECT_EQ(used.instance, someip::InstanceId{3});
+  EXPECT_EQ(used.major, 2);
+  EXPECT_EQ(used.udp->id, someip::EventgroupId{2});
+  EXPECT_EQ(used.udp->event, someip::MethodId{0x8010});
+  EXPECT_EQ(used.multicast->id, someip::EventgroupId{7});
+  EXPECT_EQ(used.tcp->id, someip::EventgroupId{9});
+  EXPECT_THAT(written.text, HasSubstr("# which events it needs is a guess"));
+  // A device that offers something goes before, unless the client is asked for.
+  EXPECT_EQ(read_back(write_profile(model, {})).device, device);
+  model.instances.clear();
+  EXPECT_EQ(read_back(write_profile(model, {})).device, client);
+}
+
 TEST(ProfileWriter, WritesNothingWhereNothingIsOffered) {
   describe::Model model = door();
   for (Instance& one : model.instances) {

@@ -41,6 +41,12 @@ TEST(ReadCapture, FindsServicesMembersAndEndpoints) {
   ASSERT_THAT(reading.model.instances, SizeIs(1));
   EXPECT_TRUE(reading.model.instances.front().address);
   EXPECT_TRUE(reading.model.instances.front().udp_port);
+  EXPECT_EQ(reading.model.instances.front().observed_ttl_s, 3U);
+  // And who uses it.
+  ASSERT_THAT(reading.model.observed_uses, SizeIs(2));
+  EXPECT_EQ(reading.model.observed_uses[0].eventgroup, someip::EventgroupId{0x4470});
+  EXPECT_TRUE(reading.model.observed_uses[0].udp);
+  EXPECT_TRUE(reading.model.observed_uses[1].tcp);
   // By UDP to the endpoint of the subscription of 0x4470, by TCP to that of 0x4471.
   EXPECT_THAT(service.events[0].eventgroups, ElementsAre(someip::EventgroupId{0x4470}));
   EXPECT_THAT(service.events[1].eventgroups, ElementsAre(someip::EventgroupId{0x4471}));

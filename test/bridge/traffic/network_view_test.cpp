@@ -78,6 +78,17 @@ TEST_F(Watching, TellsOfAnOfferOnce) {
   EXPECT_EQ(view.counters().messages, 3U);
 }
 
+TEST_F(Watching, KnowsTheCycleOfOffersToAll) {
+  const auto cycle = [&] { return view.services().begin()->second.cycle; };
+  hear(sd_message(1, offer_entry, udp_option), start);
+  EXPECT_EQ(cycle(), std::nullopt);
+  hear(sd_message(1, offer_entry, udp_option), start + 300ms, peer, client);  // an answer to a Find
+  hear(sd_message(2, offer_entry, udp_option), start + 1s);
+  EXPECT_EQ(cycle(), 1s);
+  hear(sd_message(3, offer_entry, udp_option), start + 3s);
+  EXPECT_EQ(cycle(), 2s);
+}
+
 TEST_F(Watching, TellsOfOtherEndpointsAndVersions) {
   hear(sd_message(1, offer_entry, udp_option), start);
   const std::string both = "01 00 00 20 1111 0001 01 ffffff 00000007";
