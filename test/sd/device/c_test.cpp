@@ -47,7 +47,13 @@ class TrestleC : public testing::Test {
 TEST_F(TrestleC, SaysHowMuchMemoryItNeeds) {
   const std::size_t exact = trestle_memory_bytes(&limits);
   EXPECT_LE(exact, sizeof memory);
-  EXPECT_GE(exact * 5 / 4 + 512, sizeof memory);  // the constant is no wild guess
+  // The constant is no wild guess. That of a host counts guards, which a library made for size does not have.
+#ifdef __unix__
+  constexpr std::size_t guards_bytes = optimised_for_many ? 0 : 2'080;
+#else
+  constexpr std::size_t guards_bytes = 0;
+#endif
+  EXPECT_GE(exact * 5 / 4 + 512 + guards_bytes, sizeof memory);
   EXPECT_EQ(init(exact), TRESTLE_OK);
   EXPECT_EQ(init(100), TRESTLE_NO_MEMORY);
   EXPECT_EQ(trestle_init(static_cast<char*>(static_cast<void*>(memory.data())) + 4, sizeof memory - 8,
