@@ -261,6 +261,20 @@ slots::Remote* ServiceDiscovery::add_remote(slots::Remote& offered, bool is_take
   return remote;
 }
 
+// Of a gateway to the network that we are a gateway to, see be_gateway_to().
+inline bool ServiceDiscovery::tells_our_network(const SdMessage& message) const noexcept {
+  for (const std::optional<Endpoint>& network : gateway_to_) {
+    OptionCursor options = message.options();
+    while (const auto option = network ? options.next() : std::nullopt) {
+      const auto told = EndpointOption::decode(*option);
+      if (told && told->role == EndpointRole::multicast && told->endpoint == *network) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote offered;
   if (!read_offer(entry, arrival, offered)) {
@@ -326,20 +340,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
 
 // --- Gateways to the same network -------------------------------------------------------------------------
 
-bool ServiceDiscovery::tells_our_network(const SdMessage& message) const noexcept {
-  for (const std::optional<Endpoint>& network : gateway_to_) {
-    OptionCursor options = message.options();
-    while (const auto option = network ? options.next() : std::nullopt) {
-      const auto told = EndpointOption::decode(*option);
-      if (told && told->role == EndpointRole::multicast && told->endpoint == *network) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-void ServiceDiscovery::admit(RemoteHandle service, TimePoint now) noexcept {
+void ServiceDiscovery::admit(const RemoteHandle& service, TimePoint now) noexcept {
   if (!optimised_for_many) {
     return;  // nothing ever is
   }

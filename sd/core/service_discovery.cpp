@@ -359,7 +359,7 @@ struct OptionList {
 }  // namespace
 
 // Behind all others: there are clients that take the first option for that of their service.
-void ServiceDiscovery::tell_network(SdWriter& writer) const noexcept {
+inline void ServiceDiscovery::tell_network(SdWriter& writer) const noexcept {
   for (const std::optional<Endpoint>& network : gateway_to_) {
     if (network) {  // has no room beside a single huge entry
       static_cast<void>(
@@ -369,7 +369,7 @@ void ServiceDiscovery::tell_network(SdWriter& writer) const noexcept {
 }
 
 // Whether that has room behind an entry with so many bytes of options.
-bool ServiceDiscovery::leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept {
+inline bool ServiceDiscovery::leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept {
   constexpr std::size_t most = 24;  // of an IPv6 endpoint
   return std::ranges::none_of(gateway_to_, [&](const std::optional<Endpoint>& network) {
     return network && !writer.fits(1, option_bytes + most);

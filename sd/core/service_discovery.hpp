@@ -248,7 +248,7 @@ class ServiceDiscovery {
   /// two hosts have the same. Without effect in a build for size.
   void be_gateway_to(const Endpoint& network) noexcept { std::ranges::fill(gateway_to_, network); }
   /// Takes a service that is withheld, Remote::is_withheld(), as if it were offered only now.
-  void admit(RemoteHandle service, TimePoint now) noexcept;
+  void admit(const RemoteHandle& service, TimePoint now) noexcept;
 
   /// Calls `visit(const Subscriber&)` for each subscriber of an eventgroup.  [feat_req_someipsd_432]
   template <typename Visit>
