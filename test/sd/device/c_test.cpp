@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "someip/wire/types.hpp"
 #include "trestle.h"
 
 namespace {
@@ -49,7 +50,7 @@ TEST_F(TrestleC, SaysHowMuchMemoryItNeeds) {
   EXPECT_LE(exact, sizeof memory);
   // The constant is no wild guess. That of a host counts guards, which a library made for size does not have.
 #ifdef __unix__
-  constexpr std::size_t guards_bytes = optimised_for_many ? 0 : 2'080;
+  constexpr std::size_t guards_bytes = trestle::optimised_for_many ? 0 : 2'080;
 #else
   constexpr std::size_t guards_bytes = 0;
 #endif
