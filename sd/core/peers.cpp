@@ -214,6 +214,21 @@ bool ServiceDiscovery::within_rate(std::uint16_t peer, std::uint32_t cost, TimeP
   return false;
 }
 
+namespace {
+
+void note_outcome(slots::Peer& peer, slots::Probe& probe, bool is_answer) {
+  probe.has_failed = !is_answer;
+  if (!peer.is_to_prove) {
+    peer.proofs = static_cast<std::uint8_t>(is_answer ? peer.proofs + 1 : peer.proofs - (peer.proofs != 0));
+  }
+  if (is_answer) {
+    peer.is_to_prove = false;
+    peer.heard = 0xffff;
+  }
+}
+
+}  // namespace
+
 // Where there is no room for all, a client is sent an Offer after a time that nobody can foresee. Clients
 // answer an Offer with a Subscribe at once; who does so receives what is sent to its address, and is no
 // passer-by: a flood from other addresses does not displace it any more. Who does not gives way to others.
@@ -244,15 +259,7 @@ void ServiceDiscovery::probe(const slots::Offer& offer, const Arrival& arrival) 
     }
     const bool proves_nothing = may_be_foreseen || since >= slots::Probe::time_to_prove;
     if (peer.is_probed && !(is_answer && proves_nothing)) {
-      probe.has_failed = !is_answer;
-      if (!peer.is_to_prove) {
-        peer.proofs =
-            static_cast<std::uint8_t>(is_answer ? peer.proofs + 1 : peer.proofs - (peer.proofs != 0));
-      }
-      if (is_answer) {
-        peer.is_to_prove = false;
-        peer.heard = 0xffff;
-      }
+      note_outcome(peer, probe, is_answer);
     }
     peer.is_probed = false;
     if (((is_answer && is_in_doubt()) || is_over) && has_room_for_answer(arrival.peer) &&
@@ -326,72 +333,80 @@ inline ServiceDiscovery::Standing ServiceDiscovery::standing_of(const slots::Pee
   return peer.is_probed && !failed && !is_silent(peer, now) ? Standing::asked : Standing::fading;
 }
 
+namespace {
+
+// Of subscribers, where nobody is silent or fading: the oldest one who failed to answer whether it hears us;
+// or, if more are asked than failed, as in a flood from ever new addresses, of those who are.
+template <typename Standing, typename Slot, typename Of>
+Slot* oldest_asked(const Table<Slot>& table, const Table<slots::Peer>& peers, Of standing_of) {
+  struct Found {
+    Slot* oldest = nullptr;
+    std::size_t count = 0;
+  };
+  Found asked;
+  Found failed;
+  for (Slot& slot : table) {
+    const Standing standing = standing_of(slot);
+    if (standing == Standing::asked || standing == Standing::failed) {
+      Found& found = standing == Standing::asked ? asked : failed;
+      ++found.count;
+      if (found.oldest == nullptr ||
+          !is_due(peers[found.oldest->peer].last_seen, peers[slot.peer].last_seen)) {
+        found.oldest = &slot;
+      }
+    }
+  }
+  return asked.count > failed.count ? asked.oldest : failed.oldest;
+}
+
+}  // namespace
+
 // First choice: one of a peer that is silent, or fleeting, if the newcomer has nothing yet or has itself been
 // heard for some time. So a flood from ever new addresses displaces itself, and an honest peer stays after it
 // has come back. Of subscribers that is not one who was just asked whether it hears us, but rather one who
-// failed to answer; unless more are asked than failed, as in a flood from ever new addresses. Otherwise: one
-// of the address that has clearly more than the newcomer's. If there are fleeting peers, only their addresses
-// count: each of a flood could take two from a host that has many.
+// failed to answer: oldest_asked(). Otherwise: one of the address that has clearly more than the newcomer's.
+// If there are fleeting peers, only their addresses count: each of a flood could take two from a host that
+// has many.
 template <typename Slot, typename Candidate>
 Slot* ServiceDiscovery::who_gives_way(const Table<Slot>& table, std::uint16_t newcomer, TimePoint now,
                                       Candidate is_candidate) noexcept {
   constexpr std::uint16_t some_time = 477;  // half a second
   // Only clients are asked whether they hear us.
   constexpr bool are_asked = optimised_for_many && std::is_same_v<Slot, slots::Subscriber>;
-  struct Found {
-    Slot* oldest = nullptr;
-    std::size_t count = 0;
-  };
-  Found fading;
-  [[maybe_unused]] Found asked;
-  [[maybe_unused]] Found failed;
-  // Where one belongs that may give way.
-  const auto of = [&](const slots::Peer& peer) -> Found* {
-    if constexpr (are_asked) {
-      switch (standing_of(peer, now)) {
-        case Standing::stays:
-          return nullptr;
-        case Standing::fading:
-          break;
-        case Standing::asked:
-          return &asked;
-        case Standing::failed:
-          return &failed;
-      }
-      return &fading;
-    }
-    return is_fleeting(peer, now) ? &fading : nullptr;
+  const auto is_fading = [&](const slots::Peer& peer) {
+    return is_fleeting(peer, now) && !(are_asked && standing_of(peer, now) == Standing::asked);
   };
   const IpAddress& its = peers_[newcomer].endpoint.address;
   for (slots::Peer& peer : peers_) {
     peer.held = 0;
   }
   std::size_t own = 0;
+  Slot* oldest = nullptr;
   for (Slot& slot : table) {
     if (is_candidate(slot)) {
       slots::Peer& peer = peers_[slot.peer];
       const bool is_own = peer.endpoint.address == its;
       ++peer.held;
-      own += is_own ? 1 : 0;
-      Found* const found = !is_own ? of(peer) : is_silent(peer, now) ? &fading : nullptr;
-      if (found != nullptr) {
-        found->count += are_asked ? 1 : 0;
-        if (found->oldest == nullptr || !is_due(peers_[found->oldest->peer].last_seen, peer.last_seen)) {
-          found->oldest = &slot;
-        }
+      own += static_cast<std::size_t>(is_own);
+      if ((is_own ? is_silent(peer, now) : is_fading(peer)) &&
+          (oldest == nullptr || !is_due(peers_[oldest->peer].last_seen, peer.last_seen))) {
+        oldest = &slot;
       }
     }
   }
-  Slot* oldest = fading.oldest;
   if (are_asked && oldest == nullptr) {
-    oldest = asked.count > failed.count ? asked.oldest : failed.oldest;
+    oldest = oldest_asked<Standing>(table, peers_, [&](const Slot& slot) {
+      const bool may_go = is_candidate(slot) && peers_[slot.peer].endpoint.address != its;
+      return may_go ? standing_of(peers_[slot.peer], now) : Standing::stays;
+    });
   }
   if (oldest != nullptr) {
     if (own == 0 || peers_[newcomer].heard >= some_time || is_silent(peers_[oldest->peer], now)) {
       return oldest;
     }
     for (slots::Peer& peer : peers_) {
-      peer.held = of(peer) != nullptr ? peer.held : std::uint16_t{0};
+      const bool may_go = is_fleeting(peer, now) || (are_asked && standing_of(peer, now) == Standing::failed);
+      peer.held = may_go ? peer.held : std::uint16_t{0};
     }
   }
   const slots::Peer* const most = who_holds_most();
