@@ -43,7 +43,7 @@ TEST(Generate, MakesRequestsThatAreWhole) {
     EXPECT_EQ(message->header.service, someip::ServiceId{0x1234});
     EXPECT_EQ(message->header.interface_version, 2);
     EXPECT_LE(message->payload.size(), 100U);
-    known += std::ranges::count(door.methods, value(message->header.method));
+    known += static_cast<std::size_t>(std::ranges::count(door.methods, value(message->header.method)));
   }
   EXPECT_GT(known, 400U);
 }
