@@ -12,29 +12,6 @@ std::string again(const Case& one, const RunInfo& info) {
   return info.command + " " + one.id;
 }
 
-std::string xml_text(std::string_view text) {
-  std::string all;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        all += "&amp;";
-        break;
-      case '<':
-        all += "&lt;";
-        break;
-      case '>':
-        all += "&gt;";
-        break;
-      case '"':
-        all += "&quot;";
-        break;
-      default:
-        all += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
-    }
-  }
-  return all;
-}
-
 std::string difference_lines(const Attempt& outcome, const char* indent) {
   std::string all;
   for (const Difference& one : outcome.differences) {
@@ -89,6 +66,29 @@ std::string tc8_lines(const Tc8Row& row) {
 }
 
 }  // namespace
+
+std::string xml_text(std::string_view text) {
+  std::string all;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        all += "&amp;";
+        break;
+      case '<':
+        all += "&lt;";
+        break;
+      case '>':
+        all += "&gt;";
+        break;
+      case '"':
+        all += "&quot;";
+        break;
+      default:
+        all += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
+    }
+  }
+  return all;
+}
 
 const char* colour_of(Verdict verdict, const cli::Colours& colours) noexcept {
   switch (verdict) {

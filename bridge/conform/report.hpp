@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <string_view>
 
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/runner.hpp"
@@ -34,6 +35,9 @@ struct RunInfo {
 [[nodiscard]] std::string explanation(const RequirementRow& row, const std::vector<Case>& rules);
 /// The last lines: how many of each verdict.
 [[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
+
+/// The text as it stands in XML and HTML. Control characters become '?'.
+[[nodiscard]] std::string xml_text(std::string_view text);
 
 /// A document of JUnit XML, a test suite for each area.
 [[nodiscard]] std::string junit_xml(const RunResult& run, const RunInfo& info);

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "bridge/documents/hex_line.hpp"
+#include "bridge/conform/report.hpp"
+#include "bridge/messages/values/byte_text.hpp"
 #include "bridge/web/assets.hpp"
 
 namespace trestle::conform {
@@ -31,33 +32,8 @@ const char* way_name(Way way) {
 
 std::string whole_hex(ByteView bytes) {
   std::string text;
-  for (const std::byte one : bytes) {
-    text += fmt::format("{:02x}", std::to_integer<unsigned>(one));
-  }
+  messages::append_hex(text, bytes);
   return text;
-}
-
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
-  }
-  return safe;
 }
 
 double seconds_of(std::chrono::milliseconds time) {
@@ -157,14 +133,14 @@ std::string fuzz_page(const FuzzResult& result, const FuzzInfo& info) {
       "<style>{1}\nmain{{max-width:70rem;margin:2rem auto;padding:0 1rem}} pre{{overflow-x:auto}} "
       "td,th{{text-align:left;padding:.15rem .8rem .15rem 0}}</style></head>\n<body><main>\n"
       "<h1>{0}</h1>\n<p>{2}, <code>{3}</code></p>\n<pre>{4}</pre>\n",
-      escaped(info.device), look == assets.end() ? std::string_view{} : look->text, escaped(result.started),
-      escaped(info.command), escaped(fuzz_summary(result, info)));
+      xml_text(info.device), look == assets.end() ? std::string_view{} : look->text, xml_text(result.started),
+      xml_text(info.command), xml_text(fuzz_summary(result, info)));
   if (!result.gave_up.empty()) {
-    page += fmt::format("<p><strong>It ended early:</strong> {}</p>\n", escaped(result.gave_up));
+    page += fmt::format("<p><strong>It ended early:</strong> {}</p>\n", xml_text(result.gave_up));
   }
   page += "<h2>States</h2>\n<table><tr><th>state</th><th>sequences</th></tr>\n";
   for (const auto& [state, count] : result.states) {
-    page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", escaped(state), count);
+    page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", xml_text(state), count);
   }
   page += fmt::format("</table>\n<h2>Findings: {}</h2>\n", result.findings.size());
   for (const Finding& one : result.findings) {
@@ -172,9 +148,9 @@ std::string fuzz_page(const FuzzResult& result, const FuzzInfo& info) {
         "<details><summary><strong>{}</strong> {}</summary>\n"
         "<p>After {:.1f} s, state \"{}\"; {}; seen {} times. {} of {} steps are needed.</p>\n"
         "<p>Again: <code>{}</code>; its packets: <a href=\"{}\">{}</a></p>\n<pre>",
-        to_string(one.kind), escaped(one.what), seconds_of(one.after), escaped(one.sequence.state),
+        to_string(one.kind), xml_text(one.what), seconds_of(one.after), xml_text(one.sequence.state),
         how_sure(one), one.seen, one.sequence.steps.size(), one.steps_found,
-        escaped(replay_command(one, info)), escaped(one.evidence), escaped(one.evidence));
+        xml_text(replay_command(one, info)), xml_text(one.evidence), xml_text(one.evidence));
     for (const Step& step : one.sequence.steps) {
       page += fmt::format("{:12} {:5}  {}\n", way_name(step.way), step.port, whole_hex(step.bytes));
     }
