@@ -300,13 +300,17 @@ TEST_F(Service, DropsTheReplyToAClientThatHasLeft) {
   {
     Writer writer = here_.create_writer(ros_request_topic("/add"), request_type, {});
     ASSERT_TRUE(eventually([&] { return writer.matched() == 1; }));
-    ASSERT_TRUE(writer.write(numbers({40, 2})));
-    ASSERT_TRUE(driver_.until([&] { return !ids.empty(); }));
+    // Who asked before DDS told the server of its writer is waited for. So ask until that has happened.
+    do {
+      const std::size_t before = ids.size();
+      ASSERT_TRUE(writer.write(numbers({40, 2})));
+      ASSERT_TRUE(driver_.until([&] { return ids.size() > before; }));
+    } while (ids.back().early);
   }
   const auto sum = numbers({42});
   const ByteView bytes = sum;
   ASSERT_TRUE(driver_.until([&] {
-    server.reply(ids[0], {&bytes, 1}, std::chrono::steady_clock::now());
+    server.reply(ids.back(), {&bytes, 1}, std::chrono::steady_clock::now());
     return server.counters().client_gone > 0;
   }));
   EXPECT_EQ(server.counters().replies, 0U);
