@@ -131,6 +131,28 @@ class Run(unittest.TestCase):
         self.assertEqual(refused.returncode, 1)
         self.assertIn("nothing can be written to /proc/trestle", refused.stdout)
 
+    def test_builds_the_device_for_the_commands_that_start_it(self):
+        # A copy, where all packages are installed and a build leaves what it was asked for.
+        root = WORK / "run"
+        shutil.rmtree(root, ignore_errors=True)
+        program = root / "build/program/bridge/trestle"
+        program.parent.mkdir(parents=True)
+        shutil.copy(SOURCE / "run", root)
+        tools = root / "tools"
+        tools.mkdir()
+        for tool, does in ((tools / "dpkg-query", "echo installed"), (tools / "cmake", f'echo "$@" >>{root}/built'),
+                           (program, 'echo "ran $*"')):
+            tool.write_text(f"#!/bin/sh\n{does}\n")
+            tool.chmod(0o755)
+        for command, builds in (("conform", True), ("fuzz", True), ("find", False)):
+            with self.subTest(command):
+                (root / "built").write_text("")
+                told = good(root / "run", "trestle", command, "x",
+                            env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"})
+                self.assertIn(f"ran {command} x", told)
+                built = (root / "built").read_text()
+                self.assertIn("--target trestle", built)
+                self.assertEqual("--target ets_device" in built, builds)
 
     def test_stages_are_explained_as_they_are_called(self):
         for words in (["test", "hostile"], ["mutation"]):
