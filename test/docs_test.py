@@ -8,7 +8,8 @@ Usage: docs_test.py SOURCE_FOLDER
   A bare file name means a file that lies beside one named before it.
 - A function in backquotes in docs/internals/, `Class::name()` or `name()`, stands in one of the files named in its row.
 - docs/architecture.svg was drawn from docs/architecture.dot as it is now, and its arrows are the includes that there are.
-- The table of docs/cli.md has the commands of bridge/program/main.cpp, and docs/architecture.md names the room of each.
+- Each folder below bridge/ has a box in that drawing, and stands in docs/architecture.md and docs/internals/README.md.
+- The table of docs/cli.md has the commands of bridge/program/main.cpp in the order of its help, and docs/architecture.md names the room of each.
 """
 import hashlib
 import pathlib
@@ -162,15 +163,28 @@ def bad_arrows(root):
 
 def bad_commands(root):
     program = root / "bridge/program/main.cpp"
-    made = set(re.findall(r"\badd_([a-z_]+?)_commands?\(app", program.read_text())) if program.exists() else set()
+    made = re.findall(r"\badd_([a-z_]+?)_commands?\(app", program.read_text()) if program.exists() else []
     page = root / "docs/cli.md"
-    told = set(re.findall(r"^\| `trestle (\w+)", page.read_text(), re.MULTILINE)) if page.exists() else set()
-    yield from (f"docs/cli.md: `trestle {name}` is missing in the table" for name in sorted(made - told))
-    yield from (f"docs/cli.md: `trestle {name}` is no command" for name in sorted(told - made))
+    told = list(dict.fromkeys(re.findall(r"^\| `trestle (\w+)", page.read_text(), re.MULTILINE) if page.exists() else []))
+    yield from (f"docs/cli.md: `trestle {name}` is missing in the table" for name in made if name not in told)
+    yield from (f"docs/cli.md: `trestle {name}` is no command" for name in told if name not in made)
+    if [name for name in made if name in told] != [name for name in told if name in made]:
+        yield f"docs/cli.md: the commands are not in the order of the help: {', '.join(made)}"
     rooms = root / "docs/architecture.md"
     text = rooms.read_text() if rooms.exists() else ""
-    yield from (f"docs/architecture.md: the room of `trestle {name}` is missing" for name in sorted(made)
+    yield from (f"docs/architecture.md: the room of `trestle {name}` is missing" for name in made
                 if not re.search(rf"`(trestle )?{name}`", text))
+
+
+def bad_rooms(root):
+    source = root / "docs/architecture.dot"
+    boxes = {one for ones in drawn(source.read_text() if source.exists() else "")[0].values() for one in ones}
+    rooms = sorted({path.relative_to(root).parts[1] for path in (root / "bridge").glob("*/**/*.cpp")})
+    yield from (f"docs/architecture.dot: bridge/{room} has no box" for room in rooms if f"bridge/{room}" not in boxes)
+    for page in (root / "docs/architecture.md", root / "docs/internals/README.md"):
+        text = page.read_text() if page.exists() else ""
+        yield from (f"{page.relative_to(root)}: bridge/{room} is missing" for room in rooms
+                    if not re.search(rf"bridge/{room}\b", text))
 
 
 def faults(root):
@@ -178,6 +192,7 @@ def faults(root):
     yield from bad_paths(root)
     yield from bad_drawing(root)
     yield from bad_arrows(root)
+    yield from bad_rooms(root)
     yield from bad_commands(root)
 
 
@@ -190,9 +205,12 @@ def finds_wrong_ones():
         (root / "sd/here.cpp").write_text("void there() {}\n")
         (root / "bridge/program").mkdir(parents=True)
         (root / "bridge/program/main.cpp").write_text(
-            '#include "sd/here.hpp"\nint main() { add_known_command(app); add_new_command(app); }\n')
-        (root / "docs/cli.md").write_text("| `trestle known` | |\n| `trestle gone` | |\n")
-        (root / "docs/architecture.md").write_text("`trestle known`\n")
+            '#include "sd/here.hpp"\nint main() { add_known_command(app); add_also_command(app); add_new_command(app); }\n')
+        (root / "bridge/undrawn").mkdir()
+        (root / "bridge/undrawn/untold.cpp").touch()
+        (root / "docs/internals/README.md").write_text("`bridge/program`\n")
+        (root / "docs/cli.md").write_text("| `trestle also` | |\n| `trestle known` | |\n| `trestle gone` | |\n")
+        (root / "docs/architecture.md").write_text("`bridge/program`, `trestle known`, `trestle also`\n")
         (root / "docs/architecture.dot").write_text(
             'digraph {\n subgraph cluster_bridge {\n  program [label="program"]\n }\n subgraph cluster_drivers {\n'
             '  sd [label="sd"]\n }\n sd -> program\n}\n')
@@ -200,9 +218,10 @@ def finds_wrong_ones():
         (root / "docs/internals/page.md").write_text(
             "# A page\n[one](#a-page) [two](#no-page) [three](gone.md)\n\n`sd/here.cpp`, `here.cpp`, `there()`, `gone()`\n\n"
             "`sd/gone.cpp`\n")
-        # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a command that is not in
-        # the table, one that is not in the program, and one without a room.
-        return len(list(faults(root))) == 10
+        # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a room without a box and
+        # without a place on two pages; a command that is not in the table, one that is not in the program, one without a
+        # room, and two in another order than in the program.
+        return len(list(faults(root))) == 14
 
 
 def main():
