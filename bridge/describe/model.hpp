@@ -6,11 +6,13 @@
 //   layout.hpp      what the bytes of a payload are
 //   read/           readers: FIDL and FDEPL, ARXML, vsomeip JSON
 //   sources/        loads files of any kind, .msg and .srv among them, and has each read by its reader
-//   write/          writers of FIDL, ARXML and vsomeip JSON, of route files, sheets and Wireshark profiles
+//   write/          writers: the same languages, route files, .msg packages, sheets, Wireshark profiles
 //   lower.hpp       types and members as ROS definitions with wire rules: what routes and tools convert by
 //   refused.hpp     which of these a bridge would refuse
 //   raise.hpp       ROS definitions as types of a model
 //   model_source.hpp  what lower.hpp makes, for a TypeLibrary
+//   compare.hpp     what has changed between two models
+//   load_e2e.hpp, protection.hpp  end-to-end protection: its keys, and where its header is in a payload
 //   member_names.hpp  which service and member a name means
 //   interfaces.hpp    what names mean, what ids are called, what payloads say: for tools
 //

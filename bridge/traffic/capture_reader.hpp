@@ -1,6 +1,6 @@
 // bridge/traffic: SOME/IP in captured traffic: which frames carry it, where its messages are, and what
-// service discovery tells. It prints nothing and knows no types. decode, watch, find and generate are built
-// on it.
+// service discovery tells. It prints nothing and knows no types. decode, watch, find, generate and the replay
+// of conform are built on it.
 //
 //   capture_reader.hpp   from frames to messages
 //   someip_ports.hpp     which ports carry SOME/IP

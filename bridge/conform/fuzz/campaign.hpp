@@ -1,4 +1,4 @@
-// bridge/conform/fuzz: `trestle fuzz` without its command line: sends a device ever other messages, and
+// bridge/conform/fuzz: `trestle fuzz` without its command line: sends a device always new messages, and
 // watches what becomes of it.
 //
 //   campaign.hpp       the loop: make a sequence, send it, look, keep what was new
