@@ -181,7 +181,8 @@ TEST(Vectors, AnyDamagedByteGivesAnErrorOrAnotherMessage) {
         const auto between = joined(*payload);
         const auto second = plan.someip_to_cdr(between, again);
         ASSERT_TRUE(second) << to_string(second.error());
-        ASSERT_EQ(to_hex(joined(*second)), to_hex(first)) << "byte " << at;
+        const auto last = joined(*second);
+        ASSERT_TRUE(last == first) << "byte " << at << ": " << to_hex(first) << ", then " << to_hex(last);
       }
     }
     for (std::size_t at = 0; at < vector.big.size(); ++at) {
@@ -196,7 +197,8 @@ TEST(Vectors, AnyDamagedByteGivesAnErrorOrAnotherMessage) {
           const auto between = joined(*cdr);
           const auto second = plan.cdr_to_someip(between, again);
           ASSERT_TRUE(second) << to_string(second.error());
-          ASSERT_EQ(to_hex(joined(*second)), to_hex(first)) << "byte " << at;
+          const auto last = joined(*second);
+          ASSERT_TRUE(last == first) << "byte " << at << ": " << to_hex(first) << ", then " << to_hex(last);
         }
       }
     }
