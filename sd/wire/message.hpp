@@ -2,8 +2,7 @@
 //
 //   message.hpp  an SD message: flags, entries, and the options that each entry refers to
 //   entry.hpp    Find, Offer, Subscribe and their like
-//   option.hpp   endpoints, configuration, load balancing, MAC groupcast
-//   offer_options.hpp  what an Offer says by options, besides its endpoints
+//   option.hpp   endpoints, configuration, load balancing, MAC groupcast; offer_options.hpp: an Offer's
 //   writer.hpp   puts entries and their options into a message, and shares equal options
 //
 // Unknown options are kept; what they mean for an entry is decided in sd/core/entry_options.hpp.
