@@ -277,7 +277,7 @@ inline bool ServiceDiscovery::tells_our_network(const SdMessage& message) const 
 
 void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noexcept {
   slots::Remote offered;
-  if (!read_offer(entry, arrival, offered)) {
+  if ((optimised_for_many && !is_allowed(entry, arrival)) || !read_offer(entry, arrival, offered)) {
     return;
   }
   // This may forget services that nobody requires, so it comes before the search for this one.

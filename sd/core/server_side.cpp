@@ -439,6 +439,10 @@ void ServiceDiscovery::on_subscribe(const Entry& entry, const Arrival& arrival) 
     return;
   }
   const slots::Offer* const offer = offered(entry, arrival);
+  if (optimised_for_many && !is_allowed(entry, arrival)) {
+    acknowledge(offer, entry, arrival, tl::unexpected{NackReason::not_allowed});
+    return;
+  }
   const Eventgroup* const eventgroup = offer != nullptr ? eventgroup_of(*offer, entry.eventgroup()) : nullptr;
   if (eventgroup != nullptr) {
     const Accepted accepted = accept(*offer, *eventgroup, entry, arrival);

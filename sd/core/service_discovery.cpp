@@ -18,10 +18,15 @@ const char* to_string(SdError error) noexcept {
 }
 
 const char* to_string(NackReason reason) noexcept {
-  static constexpr std::array names{"unknown service",    "unknown instance", "unknown major version",
-                                    "unknown eventgroup", "bad options",      "missing endpoint",
-                                    "no TCP connection",  "no room"};
-  return someip::enumerator_name<NackReason::no_room>(names, reason);
+  constexpr std::array all{"unknown service",    "unknown instance", "unknown major version",
+                           "unknown eventgroup", "bad options",      "missing endpoint",
+                           "no TCP connection",  "no room",          "not allowed"};
+  static constexpr auto names = [&all] {  // the last one takes no room where it cannot be
+    std::array<const char*, nack_reasons> used{};
+    std::copy_n(all.begin(), used.size(), used.begin());
+    return used;
+  }();
+  return someip::enumerator_name<static_cast<NackReason>(nack_reasons - 1)>(names, reason);
 }
 
 const char* to_string(Limit limit) noexcept {

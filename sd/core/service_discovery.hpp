@@ -47,8 +47,10 @@ enum class NackReason : std::uint8_t {
   missing_endpoint,   ///< none where the eventgroup's events could be sent to
   no_tcp_connection,  ///< it names one that is not open
   no_room,
+  not_allowed,  ///< see ServiceDiscovery::judge_entries(); checked before all others. Not in a build for
+                ///< size.
 };
-inline constexpr std::size_t nack_reasons = 8;
+inline constexpr std::size_t nack_reasons = optimised_for_many ? 9 : 8;
 
 /// The reason in words, for logs.
 [[nodiscard]] const char* to_string(NackReason reason) noexcept;
@@ -124,6 +126,14 @@ struct Transmit {
   ByteView bytes;  ///< at the front of the room given to poll_transmit()
 };
 
+/// Whether an OfferService or SubscribeEventgroup entry of the host `from` is to be heard. Asked during
+/// on_datagram(), and must not call the ServiceDiscovery.
+struct EntryJudge {
+  bool (*is_allowed)(void* context, const Entry& entry,
+                     const IpAddress& from) noexcept = nullptr;  ///< null: all
+  void* context = nullptr;                                       ///< passed to it
+};
+
 /// What happened since construction.
 struct SdCounters {
   std::uint64_t datagrams_received = 0;
@@ -196,10 +206,9 @@ struct SdCounters {
     for (std::size_t i = 0; i < limit_count; ++i) {
       visit(to_string(static_cast<Limit>(i)), limits_reached[i], loss);
     }
-    constexpr std::array<const char*, nack_reasons> nacks{
-        "nacks_unknown_service",    "nacks_unknown_instance", "nacks_unknown_major",
-        "nacks_unknown_eventgroup", "nacks_bad_options",      "nacks_missing_endpoint",
-        "nacks_no_tcp_connection",  "nacks_no_room"};
+    constexpr std::array nacks{"nacks_unknown_service",    "nacks_unknown_instance", "nacks_unknown_major",
+                               "nacks_unknown_eventgroup", "nacks_bad_options",      "nacks_missing_endpoint",
+                               "nacks_no_tcp_connection",  "nacks_no_room",          "nacks_not_allowed"};
     for (std::size_t i = 0; i < nack_reasons; ++i) {
       visit(nacks[i], nacks_by_reason[i], loss);
     }
@@ -249,6 +258,10 @@ class ServiceDiscovery {
   void be_gateway_to(const Endpoint& network) noexcept { std::ranges::fill(gateway_to_, network); }
   /// Takes a service that is withheld, Remote::is_withheld(), as if it were offered only now.
   void admit(const RemoteHandle& service, TimePoint now) noexcept;
+
+  /// From now on entries are heard only if the judge allows them: an Offer that it does not allow is ignored,
+  /// a Subscribe gets a Nack. Without effect in a build for size.
+  void judge_entries(const EntryJudge& judge) noexcept { std::ranges::fill(entry_judge_, judge); }
 
   /// Calls `visit(const Subscriber&)` for each subscriber of an eventgroup.  [feat_req_someipsd_432]
   template <typename Visit>
@@ -440,6 +453,11 @@ class ServiceDiscovery {
                   TimePoint now) noexcept;
   // Whether it names other hosts than may be.
   [[nodiscard]] bool is_foreign(const EntryOptions& options, const Arrival& arrival) const noexcept;
+  [[nodiscard]] bool is_allowed(const Entry& entry, const Arrival& arrival) const noexcept {
+    return std::ranges::all_of(entry_judge_, [&](const EntryJudge& judge) {
+      return judge.is_allowed == nullptr || judge.is_allowed(judge.context, entry, arrival.source);
+    });
+  }
   void on_entry(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] TimePoint first_due(TimePoint now) noexcept;
   template <typename Schedule>
@@ -705,6 +723,7 @@ class ServiceDiscovery {
   Random random_;
   SdCounters counters_{};
   [[no_unique_address]] slots::OneOrNone<std::optional<Endpoint>> gateway_to_{};
+  [[no_unique_address]] slots::OneOrNone<EntryJudge> entry_judge_{};
 };
 
 }  // namespace trestle::sd

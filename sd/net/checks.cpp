@@ -1,5 +1,6 @@
 #include "sd/net/checks.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -60,6 +61,34 @@ void check(const DiscoveryRules& rules, bool v6) {
   }
 }
 
+void check(const std::vector<Subnet>& peers, const std::string& field) {
+  for (const Subnet& subnet : peers) {
+    at_most(subnet.address.v6 ? 128 : 32, int{subnet.prefix_bits}, (field + ".prefix_bits").c_str());
+  }
+}
+
+// A rule with a mistake would allow less, or more, than was meant.
+void check(const AccessControl& access) {
+  check(access.peers, "access.peers");
+  for (const AccessPolicy& policy : access.policies) {
+    for (const AccessRule& rule : policy.rules) {
+      const auto may_be = [&](Access one) {
+        return rule.allow.empty() || std::ranges::find(rule.allow, one) != rule.allow.end();
+      };
+      check(rule.peers, "access.policies.rules.peers");
+      if (rule.first_service > rule.last_service) {
+        refuse("access.policies.rules.first_service", "is above last_service");
+      }
+      if (!rule.methods.empty() && !may_be(Access::call)) {
+        refuse("access.policies.rules.methods", "are for a rule that allows calls");
+      }
+      if (!rule.eventgroups.empty() && !may_be(Access::subscribe)) {
+        refuse("access.policies.rules.eventgroups", "are for a rule that allows subscriptions");
+      }
+    }
+  }
+}
+
 }  // namespace
 
 void check(const someip::TpPacing& pacing, const char* field) {
@@ -89,6 +118,7 @@ void check(const NodeConfig& config) {
   in_order("busy_poll", "1 s", config.busy_poll, std::chrono::seconds{1});
   check(config.timing);
   check(config.discovery, config.address.v6);
+  check(config.access);
   at_least(1, int{config.limits.max_peers}, "limits.max_peers");
   at_least(1, int{config.limits.max_pending_entries}, "limits.max_pending_entries");
   at_least(1, int{config.limits.max_pending_events}, "limits.max_pending_events");

@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "sd/net/access_guard.hpp"
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/consumer.hpp"
@@ -35,11 +36,6 @@ using someip::MessageType;
 std::uint64_t random_seed() {
   std::random_device device;
   return (std::uint64_t{device()} << 32U) | device();
-}
-
-// The end of a log line that describes only one of several cases.
-std::string and_others(std::uint64_t times) {
-  return times == 1 ? "" : " (and " + std::to_string(times - 1) + " others before)";
 }
 
 Settings discovery_settings(const NodeConfig& config, const std::span<const ForeignEndpoints>& foreign) {
@@ -84,10 +80,12 @@ struct Node::State : std::enable_shared_from_this<State> {
         multicast{io, sd_socket(config, config.multicast, someip::PortSharing::shared)},
         storage{config.limits},
         discovery{discovery_settings(config, foreign_endpoints), storage.view()},
+        access{config, counters, warn},
         ports{
             io,
             config,
             counters,
+            access,
             {.wanted = [this](const Message& segment,
                               const Source& source) { return room_for(segment, source); },
              .message = [this](const Message& message, const Source& source) { on_message(message, source); },
@@ -104,7 +102,7 @@ struct Node::State : std::enable_shared_from_this<State> {
              .answer_of = [this](const IpAddress& host) { return neighbours.answer_of(host); },
              .entry_of = [this](const IpAddress& host) { return neighbours.entry_of(host); },
              .send_buffer_is_small = [this](int granted) { say_that_sending_is_slow(granted); }}},
-        provider{io, discovery, ports, config, counters, log, warn},
+        provider{io, discovery, ports, config, counters, access, log, warn},
         consumer{io, discovery, ports, config, counters, log, warn, [this] { drain(); }},
         neighbours{config.address, config.multicast_interface},
         sender{{.single =
@@ -132,6 +130,9 @@ struct Node::State : std::enable_shared_from_this<State> {
         withheld_timer{io, [this] { look_at_withheld(); }} {
     if (config.gateway_to) {
       discovery.be_gateway_to(*config.gateway_to);
+    }
+    if (access.has_policies()) {
+      discovery.judge_entries({.is_allowed = &State::is_allowed, .context = &access});
     }
     unicast.receive(feed(false));
     multicast.receive(feed(true));
@@ -219,8 +220,22 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
+  static bool is_allowed(void* guard, const Entry& entry, const IpAddress& from) noexcept {
+    const bool is_offer = entry.kind() == EntryKind::offer_service;
+    return static_cast<AccessGuard*>(guard)->allows(
+        {.access = is_offer ? Access::offer : Access::subscribe,
+         .service = entry.service,
+         .instance = entry.instance,
+         .member = is_offer ? std::uint16_t{0} : someip::value(entry.eventgroup())},
+        from);
+  }
+
   someip::UdpSocket::Handler feed(bool via_multicast) {
     return [this, via_multicast](ByteView datagram, const Endpoint& from) {
+      // Our own, come back, discovery counts.
+      if (from != Endpoint{config.address, config.port} && !access.hears(from.address)) {
+        return;
+      }
       const SdCounters before = discovery.counters();
       discovery.on_datagram(datagram, from, via_multicast, now());
       say_what_has_no_event(before, from);
@@ -233,9 +248,11 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (after.reboots_detected > before.reboots_detected) {
       log(someip::to_string(from.address) + " has restarted");
     }
+    access.say_what_was_refused();
     say_what_is_foreign(before, after, from);
     say_who_offers_the_same(before, after, from);
-    for (std::size_t i = 0; i < nack_reasons; ++i) {
+    constexpr auto told_above = static_cast<std::size_t>(NackReason::not_allowed);
+    for (std::size_t i = 0; i < told_above; ++i) {
       const std::uint64_t more = after.nacks_by_reason[i] - before.nacks_by_reason[i];
       if (const std::uint64_t times = refusals[i].to_tell(more, std::chrono::seconds{1})) {
         log("refused a subscription of " + someip::to_string(from.address) + ": " +
@@ -520,6 +537,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   HeapStorage storage;
   std::span<const ForeignEndpoints> foreign_endpoints{config.foreign_endpoints};
   ServiceDiscovery discovery;
+  AccessGuard access;
   Ports ports;
   Provider provider;
   Consumer consumer;
@@ -539,7 +557,7 @@ struct Node::State : std::enable_shared_from_this<State> {
   std::optional<LinkWatch> watch;
   bool link_seen = true;  ///< up, according to the system
   bool link_told = true;  ///< up, according to the application
-  std::array<RareLine, nack_reasons> refusals{};
+  std::array<RareLine, static_cast<std::size_t>(NackReason::not_allowed)> refusals{};
   std::array<RareLine, limit_count> reached_lines{};
   std::array<std::uint64_t, limit_count> reached_noted{};
   RareLine foreign{};

@@ -8,6 +8,7 @@
 #include "sd/core/events.hpp"
 #include "sd/core/settings.hpp"
 #include "sd/core/storage.hpp"
+#include "sd/net/access.hpp"
 #include "someip/core/request_check.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/wire/counters.hpp"
@@ -40,6 +41,8 @@ struct NodeConfig {
   /// outside of its subnet are ignored. False: all peers are heard, also those at loopback addresses of this
   /// host.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
   bool check_subnet = true;
+  /// Who may offer to us, subscribe to us and call us.
+  AccessControl access{};
   /// Watch the link: whether the interface for multicast is up, and whether it or another one has `address`.
   /// False: only Node::link() counts.  [feat_req_someipsd_23]
   bool watch_link = true;
@@ -69,6 +72,12 @@ struct NodeConfig {
   std::size_t max_tcp_clients = 64;  ///< connections at a time to one TCP port of ours
   /// Of these from one address, so that no client can keep all others out.
   std::size_t max_tcp_clients_per_address = 16;
+  /// Connections that one address may make in a second, to all ports of ours together; 0: any number. Further
+  /// ones are closed at once.
+  std::uint32_t max_tcp_connects_per_second = 1000;
+  /// Requests from one address in a second that are heard, over UDP and TCP each; 0: any number. Further ones
+  /// are dropped. Over UDP others may send in the name of an address, and so use up what it may.
+  std::uint32_t max_requests_per_second = 0;
   /// A client's connection is closed when no subscription needs it and no message has passed for this long
   /// (at the latest after a quarter of the time more). 0: never.
   Duration tcp_idle_timeout = std::chrono::minutes{5};
@@ -148,7 +157,15 @@ struct NodeCounters {
   std::uint64_t answers_to_silent = 0;
   /// Initial values over UDP beyond NodeConfig::max_repeated_values: not sent.
   std::uint64_t repeated_values_refused = 0;
-  std::uint64_t e2e_failed = 0;  ///< events, requests and answers that failed their end-to-end check
+  /// Datagrams and TCP connections from addresses that AccessControl::peers does not have.
+  std::uint64_t peers_not_allowed = 0;
+  // What AccessControl::policies do not allow. Of a request in segments, each segment counts.
+  std::uint64_t offers_not_allowed = 0;
+  std::uint64_t subscriptions_not_allowed = 0;  ///< also in SdCounters, as Nacks
+  std::uint64_t calls_not_allowed = 0;
+  std::uint64_t too_many_requests = 0;  ///< beyond NodeConfig::max_requests_per_second
+  std::uint64_t too_many_connects = 0;  ///< beyond NodeConfig::max_tcp_connects_per_second
+  std::uint64_t e2e_failed = 0;         ///< events, requests and answers that failed their end-to-end check
   /// Events, requests and answers of another size than their E2E profile has: not sent.
   std::uint64_t e2e_not_protected = 0;
   std::uint64_t offered_twice = 0;  ///< instances of ours that somebody else began to offer, too
@@ -178,6 +195,10 @@ struct NodeCounters {
     visit("answers_refused", answers_refused, loss);
     visit("answers_to_silent", answers_to_silent, loss);
     visit("repeated_values_refused", repeated_values_refused, loss);
+    visit("peers_not_allowed", peers_not_allowed, loss);
+    visit("calls_not_allowed", calls_not_allowed, loss);
+    visit("too_many_requests", too_many_requests, loss);
+    visit("too_many_connects", too_many_connects, loss);
     visit("malformed", malformed, loss);
     visit("wrong_version", wrong_version, loss);
     visit("unexpected", unexpected, loss);
@@ -194,6 +215,8 @@ struct NodeCounters {
     using enum someip::CounterKind;
     visit("offered_twice", offered_twice, loss);
     visit("withheld", withheld, traffic);
+    visit("offers_not_allowed", offers_not_allowed, loss);
+    visit("subscriptions_not_allowed", subscriptions_not_allowed, loss);
     visit("not_sent", discovery_not_sent, loss);
     visit("waited_to_be_sent", discovery_waited, traffic);
     visit("not_sent_no_room", discovery_no_room, loss);

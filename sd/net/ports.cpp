@@ -61,10 +61,12 @@ someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local) 
           .busy_poll = config.busy_poll};
 }
 
-Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers)
+Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters,
+             AccessGuard& access, Handlers handlers)
     : io_{io},
       config_{config},
       counters_{counters},
+      access_{access},
       handlers_{std::move(handlers)},
       receive_budget_{std::make_shared<someip::ReceiveBudget>(
           std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
@@ -114,6 +116,7 @@ std::shared_ptr<TcpPort> Ports::tcp(std::uint16_t number, const std::function<bo
                                  .max_connections_per_address = config_.max_tcp_clients_per_address,
                                  .idle_timeout = config_.tcp_idle_timeout,
                                  .unanswered_timeout = config_.tcp_unanswered_timeout,
+                                 .accepts = [this](const IpAddress& from) { return access_.accepts(from); },
                                  .tcp = tcp_options()}));
     tcp_.push_back(port);
     const Endpoint own = port->server.local();
@@ -212,6 +215,9 @@ bool Ports::make_room(const Endpoint& own, const Endpoint& client) {
 
 void Ports::on_train(const someip::Train& train, const Source& source, LargeMessages& large,
                      const std::weak_ptr<const void>& port) {
+  if (!access_.hears(train.peer.address)) {
+    return;
+  }
   const TimePoint time = now();
   // The header of the last segment; the next one most likely belongs to the same message.
   someip::Header wanted;

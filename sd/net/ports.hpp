@@ -2,6 +2,7 @@
 #include <list>
 #include <vector>
 
+#include "sd/net/access_guard.hpp"
 #include "sd/net/deadline_timer.hpp"
 #include "sd/net/node_config.hpp"
 #include "someip/net/message_sender.hpp"
@@ -93,7 +94,8 @@ class Ports {
     std::function<void(int granted)> send_buffer_is_small;
   };
 
-  Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, Handlers handlers);
+  Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters, AccessGuard& access,
+        Handlers handlers);
   Ports(const Ports&) = delete;
   Ports& operator=(const Ports&) = delete;
 
@@ -147,6 +149,7 @@ class Ports {
   boost::asio::io_context& io_;
   const NodeConfig& config_;
   NodeCounters& counters_;
+  AccessGuard& access_;
   Handlers handlers_;
   std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< of all TCP connections
   std::shared_ptr<someip::SendBudget> send_budget_;              ///< likewise

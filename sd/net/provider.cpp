@@ -56,11 +56,13 @@ bool takes_large_requests(const ServiceSpec& spec) {
 }  // namespace
 
 Provider::Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports,
-                   const NodeConfig& config, NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn)
+                   const NodeConfig& config, NodeCounters& counters, AccessGuard& access, DiscoveryLog log,
+                   DiscoveryLog warn)
     : discovery_{discovery},
       ports_{ports},
       config_{config},
       counters_{counters},
+      access_{access},
       unproven_{config.unproven_answer_bytes, config.unproven_answer_rate, std::random_device{}()},
       repeated_{config.max_repeated_values, std::random_device{}()},
       may_be_sent_{[this](const Endpoint& to, std::size_t bytes) { return may_receive(to, bytes); }},
@@ -449,7 +451,7 @@ someip::TpPacing Provider::pacing_of(const ServiceSpec& spec, MethodId id) const
   return field == spec.fields.end() ? config_.pacing : field->pacing.value_or(config_.pacing);
 }
 
-Provider::Judged Provider::judge(const Header& header, const Source& source) const {
+Provider::Judged Provider::judge(const Header& header, const Source& source) {
   someip::RequestTarget target;
   Judged judged{.offer = nullptr, .rules = &config_.answers, .check = {}};
   // Those of the interface of the request, if any.  [feat_req_someip_726] [feat_req_someip_106]
@@ -469,15 +471,30 @@ Provider::Judged Provider::judge(const Header& header, const Source& source) con
       judged.rules = one->spec.answers ? &*one->spec.answers : &config_.answers;
     }
   }
+  // Before anything is told of the service.
+  if (judged.offer && access_.has_policies() &&
+      !access_.allows({.access = Access::call,
+                       .service = header.service,
+                       .instance = judged.offer->spec.instance,
+                       .member = someip::value(header.method)},
+                      source.from.address)) {
+    access_.say_what_was_refused();
+    judged.is_allowed = false;
+    judged.check.fault = ReturnCode::not_ok;
+    if (config_.access.answer_calls) {
+      judged.check.answer = someip::error_answer(header, ReturnCode::not_ok, *judged.rules);
+    }
+    return judged;
+  }
   judged.check = someip::check_request(header, target, *judged.rules);
   return judged;
 }
 
-void Provider::refuse(const someip::RequestCheck& check, const Source& source) {
-  if (check.answer) {
+void Provider::refuse(const Judged& judged, const Source& source) {
+  if (judged.check.answer) {
     ++counters_.requests_answered;
-    reply_path(source, true).send(*check.answer, {}, nullptr);
-  } else {
+    reply_path(source, true).send(*judged.check.answer, {}, nullptr);
+  } else if (judged.is_allowed) {
     ++counters_.unexpected;
   }
 }
@@ -510,7 +527,7 @@ std::size_t Provider::room_for(const Message& segment, const Source& source) {
   if (!tp || tp->header.offset != 0) {
     judged.check.answer.reset();
   }
-  refuse(judged.check, source);
+  refuse(judged, source);
   return 0;
 }
 
@@ -519,9 +536,12 @@ void Provider::on_request(const Message& message, const Source& source) {
     ++counters_.unexpected;  // by multicast, or over a connection that is ours to call through
     return;
   }
+  if (!access_.takes_request(source.from.address, source.transport)) {
+    return;
+  }
   const Judged judged = judge(message.header, source);
   if (judged.check.fault) {
-    refuse(judged.check, source);
+    refuse(judged, source);
     return;
   }
   const bool answered = message.header.type == MessageType::request;

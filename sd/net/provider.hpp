@@ -4,6 +4,7 @@
 #include <unordered_set>
 
 #include "sd/core/service_discovery.hpp"
+#include "sd/net/access_guard.hpp"
 #include "sd/net/e2e_channel.hpp"
 #include "sd/net/ports.hpp"
 #include "sd/net/rare_line.hpp"
@@ -17,7 +18,7 @@ namespace trestle::sd {
 class Provider {
  public:
   Provider(boost::asio::io_context& io, ServiceDiscovery& discovery, Ports& ports, const NodeConfig& config,
-           NodeCounters& counters, DiscoveryLog log, DiscoveryLog warn);
+           NodeCounters& counters, AccessGuard& access, DiscoveryLog log, DiscoveryLog warn);
 
   struct Receiver {
     Endpoint to;
@@ -116,9 +117,10 @@ class Provider {
     std::shared_ptr<OpenOffer> offer;  ///< that it is to, if it has no fault
     const someip::AnswerRules* rules;  ///< of the interface that it is for, if there is any
     someip::RequestCheck check;
+    bool is_allowed = true;  ///< else `check` tells what to answer
   };
-  [[nodiscard]] Judged judge(const someip::Header& header, const Source& source) const;
-  void refuse(const someip::RequestCheck& check, const Source& source);
+  [[nodiscard]] Judged judge(const someip::Header& header, const Source& source);
+  void refuse(const Judged& judged, const Source& source);
   [[nodiscard]] ReplyPath reply_path(const Source& source, bool in_segments);
   /// Whether so large an answer may go there over UDP: a host in whose name others may ask gets little.
   [[nodiscard]] bool may_receive(const Endpoint& to, std::size_t bytes);
@@ -153,6 +155,7 @@ class Provider {
   Ports& ports_;
   const NodeConfig& config_;
   NodeCounters& counters_;
+  AccessGuard& access_;
   UnprovenReceivers unproven_;
   RepeatedValues repeated_;
   std::function<bool(const Endpoint& to, std::size_t bytes)> may_be_sent_;  ///< for each ReplyPath

@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstdint>
+#include <string>
 #include <utility>
 
 #include "sd/net/clock.hpp"
@@ -35,5 +36,10 @@ class RareLine {
   TimePoint next_line_{};
   std::uint64_t unsaid_ = 0;
 };
+
+/// The end of a line that describes only one of several cases.
+[[nodiscard]] inline std::string and_others(std::uint64_t times) {
+  return times == 1 ? "" : " (and " + std::to_string(times - 1) + " others before)";
+}
 
 }  // namespace trestle::sd

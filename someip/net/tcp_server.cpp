@@ -169,6 +169,9 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   }
 
   void accept_one(Descriptor client, const Endpoint& from) {
+    if (options.accepts && !options.accepts(from.address)) {
+      return;
+    }
     if (clients.contains(from)) {  // the end of the old connection was not seen
       closed(from, "the client connected anew");
       if (stopped) {

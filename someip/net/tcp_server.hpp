@@ -22,6 +22,9 @@ struct TcpServerOptions {
   Duration idle_timeout{0};
   /// One with a request that waits for its answer, see await_answer(), is only so after this time.
   Duration unanswered_timeout{0};
+  /// Whether a connection from there is to be accepted at all; else it is closed at once. Empty: from
+  /// anywhere.
+  std::function<bool(const IpAddress& from)> accepts = {};
   TcpOptions tcp = {};
 };
 

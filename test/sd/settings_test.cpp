@@ -115,6 +115,9 @@ TEST(Names, TellEachReasonAndErrorApart) {
   EXPECT_STREQ(to_string(NackReason::missing_endpoint), "missing endpoint");
   EXPECT_STREQ(to_string(NackReason::no_tcp_connection), "no TCP connection");
   EXPECT_STREQ(to_string(NackReason::no_room), "no room");
+  if constexpr (optimised_for_many) {
+    EXPECT_STREQ(to_string(NackReason::not_allowed), "not allowed");
+  }
   EXPECT_STREQ(to_string(SdError::table_full), "table full");
   EXPECT_STREQ(to_string(SdError::duplicate), "duplicate");
   EXPECT_STREQ(to_string(SdError::bad_argument), "bad argument");

@@ -141,6 +141,23 @@ std::string describe_from(const std::vector<IpAddress>& bridges) {
   return text;
 }
 
+std::string describe_peers(const std::vector<sd::Subnet>& peers) {
+  std::string text = peers.empty() ? "anybody" : "only";
+  for (const sd::Subnet& one : peers) {
+    text += " " + to_string(one);
+  }
+  return text;
+}
+
+std::string describe(const sd::AccessControl& access) {
+  std::string text = describe_peers(access.peers);
+  for (const sd::AccessPolicy& policy : access.policies) {
+    text += fmt::format(", {} rule{}, others are {}", policy.rules.size(),
+                        policy.rules.size() == 1 ? "" : "s", policy.allow_others ? "allowed" : "denied");
+  }
+  return text;
+}
+
 /// @param is_checked  received messages are checked.
 /// @param is_protected  sent messages are protected.
 std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked) {
@@ -450,6 +467,10 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
                      settings.sd.ttl_s == 0xff'ffff
                          ? "until the next reboot"
                          : documents::to_string(Duration{std::chrono::seconds{settings.sd.ttl_s}}));
+  if (!settings.access.peers.empty() || !settings.access.policies.empty()) {
+    out.insert(out.size() - 1,
+               fmt::format("\n  {}peers{}   {}", colours.dim, colours.off, describe(settings.access)));
+  }
 
   if (!config.routes.empty()) {
     std::vector<Row> rows{{"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "TYPE"}};
@@ -480,6 +501,10 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
     append_settings(out, "from", routes, colours,
                     [](const Route& route) { return describe_from(route.from_bridges); });
   }
+  if (std::ranges::any_of(routes, [](const Route& route) { return !route.peers.empty(); })) {
+    append_settings(out, "peers", routes, colours,
+                    [](const Route& route) { return describe_peers(route.peers); });
+  }
   const auto has_getter = [](const Route& route) { return route.getter.has_value(); };
   if (std::ranges::any_of(config.routes, has_getter)) {
     append_settings(out, "get", config.routes, colours, [](const Route& route) {
@@ -495,6 +520,10 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
   if (std::ranges::any_of(config.methods, [](const MethodRoute& one) { return !one.from_bridges.empty(); })) {
     append_method_settings(out, "from", config.methods, colours,
                            [](const MethodRoute& method) { return describe_from(method.from_bridges); });
+  }
+  if (std::ranges::any_of(config.methods, [](const MethodRoute& one) { return !one.peers.empty(); })) {
+    append_method_settings(out, "peers", config.methods, colours,
+                           [](const MethodRoute& method) { return describe_peers(method.peers); });
   }
   append_method_settings(out, "calls", config.methods, colours,
                          [](const MethodRoute& method) { return describe(method); });

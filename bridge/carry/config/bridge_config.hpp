@@ -1,7 +1,7 @@
 // bridge/carry/config: the configuration of a bridge.
 //
 //   bridge_config.hpp   what a file says, as plain values
-//   load.hpp            reads and checks a file; load_dds.hpp, load_limits.hpp: sections of it
+//   load.hpp            reads and checks a file; load_access.hpp, load_dds.hpp, load_limits.hpp: sections
 //   elements.hpp        the elements of its lists, read in load_route.cpp, load_method.cpp and so on
 //   conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
 //   topic_pattern.hpp   patterns of topics; lock_file.hpp, id_allocator.hpp: ids of discovered topics
@@ -25,6 +25,7 @@
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/core/settings.hpp"
+#include "sd/net/access.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
@@ -62,6 +63,8 @@ struct SomeipSettings {
   Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
   Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
   SdSettings sd;
+  /// Who may do what, for all routes; their `peers` come to it.
+  sd::AccessControl access{};
   /// The limits that the file sets, by name: load_limits.hpp. The others follow from the routes.
   std::map<std::string, std::uint64_t, std::less<>> limits{};
   documents::Mark mark;            ///< of the address
@@ -172,6 +175,8 @@ struct Route {
   std::optional<FieldGetter> getter;
   /// dds_to_someip: addresses of other bridges; what they brought to the topic from SOME/IP is carried, too.
   std::vector<IpAddress> from_bridges{};
+  /// Who may subscribe to the eventgroup (and call the getter), or offer the service; empty: everybody.
+  std::vector<sd::Subnet> peers{};
   documents::Mark mark;  ///< where the route begins, for messages about it
 };
 
@@ -244,7 +249,8 @@ struct MethodRoute {
   std::optional<someip::MethodId> notifier;  ///< likewise, without a getter: what has told which value it has
   /// server: ros: addresses of other bridges; the ROS service may be one that they make of SOME/IP ones.
   std::vector<IpAddress> from_bridges{};
-  documents::Mark mark;  ///< where the method begins, for messages about it
+  std::vector<sd::Subnet> peers{};  ///< who may call it, or offer the service; empty: everybody
+  documents::Mark mark;             ///< where the method begins, for messages about it
 };
 
 /// A whole configuration file.

@@ -129,6 +129,17 @@ void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, documents::P
   }
 }
 
+/// Peers of the other IP version would never come.
+template <typename InFile>
+void peers(const InFile& in_file, const std::vector<sd::Subnet>& peers, bool ipv6,
+           documents::Problems& problems) {
+  const auto other = std::ranges::find(peers, !ipv6, [](const sd::Subnet& one) { return one.address.v6; });
+  if (other != peers.end() && in_file.good.contains("peers")) {
+    problems.error(in_file.good.find("peers")->second,
+                   "peers: " + sd::to_string(*other) + " is not of the IP version of the address of someip");
+  }
+}
+
 void ports(const std::vector<RouteInFile>& routes, std::uint16_t sd_port, documents::Problems& problems) {
   std::map<std::uint16_t, std::vector<const RouteInFile*>> users;  // one route of each service instance
   for (const RouteInFile& in_file : routes) {
@@ -367,14 +378,20 @@ void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettin
   instances(routes, problems);
   eventgroups(routes, someip.address.v6, problems);
   ports(routes, someip.sd.port, problems);
+  for (const RouteInFile& in_file : routes) {
+    peers(in_file, in_file.route.peers, someip.address.v6, problems);
+  }
 }
 
 void report_method_conflicts(const std::vector<MethodInFile>& methods, const std::vector<RouteInFile>& routes,
-                             std::uint16_t sd_port, documents::Problems& problems) {
+                             const SomeipSettings& someip, documents::Problems& problems) {
   names(methods, problems);
   const std::vector<Use> uses = uses_of(methods, routes);
   instances_of_methods(uses, problems);
-  ports_of_methods(uses, sd_port, problems);
+  ports_of_methods(uses, someip.sd.port, problems);
+  for (const MethodInFile& in_file : methods) {
+    peers(in_file, in_file.method.peers, someip.address.v6, problems);
+  }
   protection_of_calls(methods, problems);
 }
 

@@ -12,7 +12,7 @@ void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettin
 
 /// Reports such methods, also beside these routes.
 void report_method_conflicts(const std::vector<MethodInFile>& methods, const std::vector<RouteInFile>& routes,
-                             std::uint16_t sd_port, documents::Problems& problems);
+                             const SomeipSettings& someip, documents::Problems& problems);
 
 /// Reports routes that have the topic of the diagnostics with another type.
 void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,

@@ -122,8 +122,8 @@ void load_pacing(documents::Section& tp, TpSettings& settings);
 /// @param asked_for  whether somebody else offers it: then `minor` may be any, and is any_minor unless given.
 void load_version(Element& element, bool asked_for, std::uint8_t& major, std::uint32_t& minor);
 
-/// Reads what routes and patterns of them have in common: port, version, wire, tp. The direction must have
-/// been read.
+/// Reads what routes and patterns of them have in common: port, version, wire, tp, peers. The direction must
+/// have been read.
 void load_carriage(Element& element, Route& route, documents::Problems& problems);
 /// After the port. @param format  of the words that there are.
 void load_transport(documents::Section& section, const documents::Format<Transport>& format, Route& route,

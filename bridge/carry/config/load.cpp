@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "bridge/carry/config/conflicts.hpp"
+#include "bridge/carry/config/load_access.hpp"
 #include "bridge/carry/config/load_dds.hpp"
 #include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/carry/config/load_limits.hpp"
@@ -143,6 +144,7 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, documents::Proble
   someip.read("busy_poll", documents::duration(0s, 1s), into.busy_poll);
   someip.read("tcp_idle_timeout", documents::duration(0s, 24h), into.tcp_idle_timeout);
   load_limits(someip, into.limits, problems);
+  load_access(someip, into.address.v6, into.access, problems);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }
@@ -317,7 +319,7 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   }
 
   report_conflicts(routes, config.someip, problems);
-  report_method_conflicts(methods, routes, config.someip.sd.port, problems);
+  report_method_conflicts(methods, routes, config.someip, problems);
   report_diagnostics_conflicts(routes, methods, config.diagnostics, problems);
   // All that `generate` makes stands at one place.
   const auto name_at = [&applied](documents::Mark mark, const std::string& name) {

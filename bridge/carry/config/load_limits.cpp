@@ -55,6 +55,8 @@ std::span<const LimitKey> limit_keys() noexcept {
       {"max_calls", 1, 32'768, set<&Node::max_calls>},
       {"max_tcp_clients", 1, slots_max, set<&Node::max_tcp_clients>},
       {"max_tcp_clients_per_address", 1, slots_max, set<&Node::max_tcp_clients_per_address>},
+      {"max_tcp_connects_per_second", 0, 1'000'000, set<&Node::max_tcp_connects_per_second>},
+      {"max_requests_per_second", 0, 1'000'000, set<&Node::max_requests_per_second>},
       {"unproven_answer_bytes", 0, bytes_max, set<&Node::unproven_answer_bytes>, bytes},
       {"unproven_answer_rate", 0, bytes_max, set<&Node::unproven_answer_rate>, bytes},
       {"max_repeated_values", 1, slots_max, set<&Node::max_repeated_values>},

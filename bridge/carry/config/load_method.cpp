@@ -1,4 +1,5 @@
 #include "bridge/carry/config/elements.hpp"
+#include "bridge/carry/config/load_access.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
@@ -54,6 +55,9 @@ void load_calls(Element& element, MethodRoute& method, documents::Problems& prob
   }
   load_version(element, method.server == Server::someip, method.major, method.minor);
   load_from_bridges(element, is_offered || !element.has("server"), where, method.from_bridges, problems);
+  if (load_peers(element, method.peers, problems)) {
+    element.note("peers");
+  }
   element.read("timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{1}),
                method.timeout);
   element.read("max_calls", documents::as<std::size_t>(documents::whole_number(1, 10'000)), method.max_calls);
@@ -93,6 +97,7 @@ RouteInFile route_beside(const MethodInFile& common, std::string topic, std::str
   route.presence.offer_while_published = is_offered && !method.offer_always;
   route.presence.write_while_offered = !is_offered;
   route.from_bridges = method.from_bridges;
+  route.peers = method.peers;
   route.mark = method.mark;
   return result;
 }

@@ -1,4 +1,5 @@
 #include "bridge/carry/config/elements.hpp"
+#include "bridge/carry/config/load_access.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/load_wire.hpp"
 
@@ -132,6 +133,9 @@ void load_carriage(Element& element, Route& route, documents::Problems& problems
   }
   if (const YAML::Node tp = element.child("tp")) {
     load_tp(tp, route.tp, problems);
+  }
+  if (load_peers(element, route.peers, problems)) {
+    element.note("peers");
   }
 }
 

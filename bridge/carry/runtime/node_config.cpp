@@ -145,6 +145,55 @@ std::size_t most_kinds_at_one_port(const std::vector<Demand>& demands) {
   return most;
 }
 
+// Who may do what according to the `peers` of routes and methods. Where several are about the same, each adds
+// its own.
+sd::AccessPolicy policy_of(const BridgeConfig& config) {
+  sd::AccessPolicy policy;
+  const auto add = [&](const std::vector<sd::Subnet>& peers, sd::AccessRule rule) {
+    if (!peers.empty()) {
+      rule.peers = peers;
+      policy.rules.push_back(std::move(rule));
+    }
+  };
+  const auto add_route = [&](const Route& route, const ServiceRange& services) {
+    sd::AccessRule rule{.allow = {sd::Access::offer},
+                        .first_service = services.first,
+                        .last_service = services.last,
+                        .instance = route.instance};
+    if (route.direction == Direction::dds_to_someip) {
+      rule.allow = {sd::Access::subscribe};
+      rule.eventgroups = {route.eventgroup};
+    }
+    add(route.peers, rule);
+    if (route.getter) {
+      rule.allow = {sd::Access::call};
+      rule.eventgroups.clear();
+      rule.methods = {route.getter->id};
+      add(route.peers, rule);
+    }
+  };
+  for (const Route& route : config.routes) {
+    add_route(route, {route.service, route.service});
+  }
+  for (const TopicPattern& pattern : config.patterns) {
+    if (pattern.route.direction == Direction::dds_to_someip) {  // others have made their routes
+      add_route(pattern.route, pattern.services);
+    }
+  }
+  for (const MethodRoute& method : config.methods) {
+    sd::AccessRule rule{.allow = {sd::Access::offer},
+                        .first_service = method.service,
+                        .last_service = method.service,
+                        .instance = method.instance};
+    if (method.server == Server::ros) {
+      rule.allow = {sd::Access::call};
+      rule.methods = {method.method};
+    }
+    add(method.peers, rule);
+  }
+  return policy;
+}
+
 }  // namespace
 
 sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) {
@@ -157,6 +206,10 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
   node.check_subnet = sd.check_subnet;
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;
+  node.access = config.someip.access;
+  if (sd::AccessPolicy policy = policy_of(config); !policy.rules.empty()) {
+    node.access.policies.push_back(std::move(policy));
+  }
   if (sd.tell_dds_domain) {
     // Where participants of this domain look for each other, unless told otherwise (DDSI-RTPS, 9.6.1).
     constexpr std::uint32_t first_port = 7400;

@@ -88,7 +88,8 @@ TEST(Documents, NameEveryKey) {
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
   // An unknown key makes the reader list those it knows.
   const auto loaded = parse_config(
-      "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}}\ndds: {zzzzzzzzz: 1, security: {zzzzzzzzz: "
+      "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}, access: {zzzzzzzzz: 1, rules: [{zzzzzzzzz: "
+      "1}]}}\ndds: {zzzzzzzzz: 1, security: {zzzzzzzzz: "
       "1}}\ntypes: {zzzzzzzzz: 1}\n"
       "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1, types: {a/msg/B: {zzzzzzzzz: 1}}}, tp: {zzzzzzzzz: "
       "1}, qos: {zzzzzzzzz: 1}, multicast: {zzzzzzzzz: 1}}\nmethods:\n  - {zzzzzzzzz: 1}\n"
@@ -111,7 +112,7 @@ TEST(Documents, NameEveryKey) {
       EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not documented";
     }
   }
-  EXPECT_EQ(sections, 19);
+  EXPECT_EQ(sections, 21);
 }
 
 }  // namespace

@@ -1,0 +1,118 @@
+#include "bridge/carry/config/load_access.hpp"
+
+#include <algorithm>
+
+#include "bridge/carry/config/elements.hpp"
+#include "bridge/documents/document.hpp"
+
+namespace trestle::carry {
+namespace {
+
+constexpr std::size_t rules_max = 1000;
+
+documents::Format<sd::Subnet> subnet() {
+  return {
+      "an address or a subnet such as 192.168.10.5, 192.168.10.0/24 or fd00::/8, with no bits behind the "
+      "prefix",
+      [](std::string_view text) { return sd::parse_subnet(std::string{text}); }};
+}
+
+documents::Format<ServiceRange> service_or_range() {
+  return {
+      "an id from 0x0001 to 0xfffe, or a range such as 0x1000-0x1fff",
+      [id = id_of<someip::ServiceId>()](std::string_view text) -> std::optional<ServiceRange> {
+        const std::size_t dash = text.find('-');
+        const auto first = id.read(text.substr(0, dash));
+        const auto last = dash == std::string_view::npos ? first : id.read(text.substr(dash + 1));
+        return first && last && *first <= *last ? std::optional{ServiceRange{*first, *last}} : std::nullopt;
+      }};
+}
+
+documents::Format<bool> allow_or_deny() {
+  return documents::one_of<bool>({{"allow", true}, {"deny", false}});
+}
+
+void check_version(const documents::Section& section, const std::vector<sd::Subnet>& peers, bool v6,
+                   documents::Problems& problems) {
+  const auto other = std::ranges::find(peers, !v6, [](const sd::Subnet& one) { return one.address.v6; });
+  if (other != peers.end()) {
+    problems.error(section.value_mark("peers"),
+                   "peers: " + to_string(*other) + " is not of the IP version of the address of someip");
+  }
+}
+
+sd::AccessRule load_rule(const YAML::Node& node, bool v6, documents::Problems& problems) {
+  sd::AccessRule rule;
+  documents::Section section{node, "rule", problems};
+  std::vector<documents::Mark> marks;
+  section.read_list(
+      "allow",
+      documents::one_of<sd::Access>(
+          {{"offer", sd::Access::offer}, {"subscribe", sd::Access::subscribe}, {"call", sd::Access::call}}),
+      rule.allow, marks);
+  ServiceRange services{rule.first_service, rule.last_service};
+  section.read("service", service_or_range(), services);
+  rule.first_service = services.first;
+  rule.last_service = services.last;
+  section.read("instance", id_of<someip::InstanceId>(), rule.instance);
+  const auto read_members = [&](const char* key, auto& into, sd::Access access) {
+    section.read_list(key, id_of<typename std::remove_reference_t<decltype(into)>::value_type>(), into,
+                      marks);
+    if (!into.empty() && !rule.allow.empty() && std::ranges::find(rule.allow, access) == rule.allow.end()) {
+      problems.error(section.use_mark(key),
+                     std::string{key} + ": is for rules that allow " + to_string(access));
+    }
+  };
+  read_members("methods", rule.methods, sd::Access::call);
+  read_members("eventgroups", rule.eventgroups, sd::Access::subscribe);
+  if (section.is_missing("peers")) {
+    problems.error(section.mark(),
+                   "'peers' is missing in rule: expected a list of addresses and subnets; []: "
+                   "nobody may");
+  }
+  section.read_list("peers", subnet(), rule.peers, marks);
+  check_version(section, rule.peers, v6, problems);
+  section.finish();
+  return rule;
+}
+
+}  // namespace
+
+bool load_peers(documents::Section& section, std::vector<sd::Subnet>& into, documents::Problems& problems) {
+  std::vector<documents::Mark> marks;
+  section.read_list("peers", subnet(), into, marks);
+  if (into.empty() && !section.is_missing("peers")) {
+    problems.error(section.use_mark("peers"), "peers: names nobody; leave it out to allow everybody");
+  }
+  return !into.empty();
+}
+
+void load_access(documents::Section& someip, bool v6, sd::AccessControl& into,
+                 documents::Problems& problems) {
+  const YAML::Node node = someip.child("access");
+  if (!node) {
+    return;
+  }
+  documents::Section access{node, "access", problems};
+  if (load_peers(access, into.peers, problems)) {
+    check_version(access, into.peers, v6, problems);
+  }
+  access.read("refused_calls", documents::one_of<bool>({{"answer", true}, {"drop", false}}),
+              into.answer_calls);
+  sd::AccessPolicy policy;
+  access.read("others", allow_or_deny(), policy.allow_others);
+  const std::vector<YAML::Node> rules = access.list("rules", "a list of rules");
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    if (i == rules_max) {
+      problems.error(documents::to_mark(rules[i].Mark()), "rules: more than " + std::to_string(rules_max));
+      break;
+    }
+    policy.rules.push_back(load_rule(rules[i], v6, problems));
+  }
+  access.finish();
+  if (!policy.rules.empty() || !policy.allow_others) {
+    into.policies.push_back(std::move(policy));
+  }
+}
+
+}  // namespace trestle::carry

@@ -1,0 +1,21 @@
+#pragma once
+#include <vector>
+
+#include "sd/net/access.hpp"
+
+namespace trestle::documents {
+class Problems;
+class Section;
+}  // namespace trestle::documents
+
+namespace trestle::carry {
+
+/// Reads `access` of `someip`: who may do what.
+/// @param v6  the IP version of our address: peers of the other one would never come.
+void load_access(documents::Section& someip, bool v6, sd::AccessControl& into, documents::Problems& problems);
+
+/// Reads `peers`: addresses and subnets, which may be missing but not be none. True if they are there and
+/// good.
+bool load_peers(documents::Section& section, std::vector<sd::Subnet>& into, documents::Problems& problems);
+
+}  // namespace trestle::carry
