@@ -1,6 +1,11 @@
 # Everything outside the core. All of it comes from the distribution; `./run setup` installs it.
 find_package(Threads REQUIRED)
 find_package(Boost 1.80 REQUIRED)
+find_package(OpenSSL 3.0 QUIET COMPONENTS SSL Crypto)
+option(TRESTLE_TLS "TLS of TCP connections, by OpenSSL. OFF: the component `net` does not need OpenSSL" ${OPENSSL_FOUND})
+if(TRESTLE_TLS AND NOT OPENSSL_FOUND)
+  message(FATAL_ERROR "TRESTLE_TLS needs OpenSSL 3.0 or later (Debian: libssl-dev)")
+endif()
 if(TRESTLE_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)

@@ -50,6 +50,12 @@ if(TARGET trestle)
   install(TARGETS trestle RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 endif()
 
+set(TRESTLE_TLS_PACKAGE "")
+set(TRESTLE_PC_TLS "")
+if(TRESTLE_TLS)
+  set(TRESTLE_TLS_PACKAGE OpenSSL)
+  set(TRESTLE_PC_TLS " -lssl -lcrypto")
+endif()
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/trestle-config.cmake.in
   ${PROJECT_BINARY_DIR}/trestle-config.cmake INSTALL_DESTINATION ${config_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/trestle-config-version.cmake

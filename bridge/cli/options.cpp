@@ -165,6 +165,31 @@ sd::NodeConfig NetworkOptions::config_without_address() const {
   return config;
 }
 
+void TlsOptions::add_to(CLI::App& command) {
+  const auto add = [&](const char* name, std::string& into, const char* type, const char* what) {
+    command.add_option(name, into, what)->type_name(type);
+  };
+  add("--tls-certificate", settings_.certificate_file, "FILE",
+      "TCP connections use TLS: own certificate (PEM); with --tls-key and --tls-ca");
+  add("--tls-key", settings_.key_file, "FILE", "Private key of the certificate (PEM)");
+  add("--tls-ca", settings_.ca_file, "FILE", "Who has to have signed the peer's certificate (PEM)");
+  add("--tls-peer", settings_.peer_name, "NAME", "The name that the peer's certificate has to have");
+  add("--tls-psk-identity", settings_.psk_identity, "NAME",
+      "TCP connections use TLS with a key that both ends know: its name");
+  add("--tls-psk-key", settings_.psk_key_file, "FILE", "File with that key, in hexadecimal digits");
+}
+
+sd::NodeConfig TlsOptions::with(sd::NodeConfig config) const {
+  if (settings_ == someip::TlsSettings{}) {
+    return config;
+  }
+  if (const std::string mistake = someip::mistake_in(settings_); !mistake.empty()) {
+    throw CLI::ValidationError("--tls", mistake);
+  }
+  config.tls = settings_;
+  return config;
+}
+
 void PayloadOptions::add_to(CLI::App& command) {
   const bool calls = command.get_name() == "call";
   command

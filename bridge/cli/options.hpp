@@ -61,6 +61,17 @@ class NetworkOptions {
   std::uint16_t sd_port_ = 30490;
 };
 
+/// --tls-certificate and its like: TLS of TCP connections.
+class TlsOptions {
+ public:
+  void add_to(CLI::App& command);
+  /// With them in it, if there are any.
+  [[nodiscard]] sd::NodeConfig with(sd::NodeConfig config) const;
+
+ private:
+  someip::TlsSettings settings_;
+};
+
 /// --type, --msg-path, --wire, --hex, --yaml, --json: how payloads are written.
 class PayloadOptions {
  public:

@@ -119,6 +119,11 @@ void check(const NodeConfig& config) {
   check(config.timing);
   check(config.discovery, config.address.v6);
   check(config.access);
+  if (config.tls) {
+    if (const std::string mistake = someip::mistake_in(*config.tls); !mistake.empty()) {
+      refuse("tls", mistake);
+    }
+  }
   at_least(1, int{config.limits.max_peers}, "limits.max_peers");
   at_least(1, int{config.limits.max_pending_entries}, "limits.max_pending_entries");
   at_least(1, int{config.limits.max_pending_events}, "limits.max_pending_events");

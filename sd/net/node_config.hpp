@@ -11,6 +11,7 @@
 #include "sd/net/access.hpp"
 #include "someip/core/request_check.hpp"
 #include "someip/core/tp_pacing.hpp"
+#include "someip/net/tls.hpp"
 #include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
@@ -116,6 +117,10 @@ struct NodeConfig {
   /// How long a small message may wait for others from its UDP port to its receiver, to share a datagram
   /// (nPDU). 0: each has its own.  [feat_req_someip_741] [feat_req_someip_732]
   Duration collect_for{0};
+  /// All TCP connections of the Node are encrypted, and both ends prove who they are: those of its services
+  /// and those to services of others, which have to do the same. Nothing: plain TCP. UDP is not protected by
+  /// it.
+  std::optional<someip::TlsSettings> tls{};
   bool magic_cookies = false;  ///< on TCP connections, for test setups
   /// Where they stand: one at the start of each TCP segment, and nowhere else; only the further segments of a
   /// message that is larger than one segment cannot have any. Or, with false, before a message every ten

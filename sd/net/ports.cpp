@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include "sd/net/clock.hpp"
+#include "someip/net/tls_channel.hpp"
 #include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
@@ -17,6 +19,17 @@ constexpr Duration leaving_time = std::chrono::seconds{3};
 
 // A few messages of this size fill any send buffer that is smaller than requested.
 constexpr std::size_t large_message = std::size_t{1} << 20U;
+
+std::shared_ptr<const someip::TlsContext> tls_of(const NodeConfig& config) {
+  if (!config.tls) {
+    return nullptr;
+  }
+  try {
+    return someip::make_tls_context(*config.tls);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument{std::string{"tls: "} + error.what()};
+  }
+}
 
 /// The port that exists and fits; removes those that are gone.
 template <typename Port, typename Fits>
@@ -68,6 +81,7 @@ Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters
       counters_{counters},
       access_{access},
       handlers_{std::move(handlers)},
+      tls_{tls_of(config)},
       receive_budget_{std::make_shared<someip::ReceiveBudget>(
           std::max(config.max_tcp_receive_bytes, config.max_message_bytes + someip::header_bytes))},
       send_budget_{std::make_shared<someip::SendBudget>(
@@ -347,6 +361,7 @@ someip::TcpOptions Ports::tcp_options() const {
           .send_buffer_bytes = config_.tcp_send_buffer_bytes,
           .dscp = config_.dscp,
           .unicast_ttl = config_.unicast_ttl,
+          .tls = tls_,
           .queue_is_full = [this] { handlers_.queue_full(nullptr); }};
 }
 

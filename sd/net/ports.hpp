@@ -151,7 +151,8 @@ class Ports {
   NodeCounters& counters_;
   AccessGuard& access_;
   Handlers handlers_;
-  std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< of all TCP connections
+  std::shared_ptr<const someip::TlsContext> tls_;                ///< of all TCP connections; none: plain
+  std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< likewise
   std::shared_ptr<someip::SendBudget> send_budget_;              ///< likewise
   std::shared_ptr<someip::ReassemblyBudget> reassembly_budget_;  ///< of all UDP ports
   // Of closed ports.

@@ -102,10 +102,9 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
       attempt_failed(ENOMEM);
       return;
     }
-    attempting = false;
-    ++counters.connections;
-    since = std::chrono::steady_clock::now();
-    stream->receive(
+    const Endpoint local = own.endpoint();
+    const auto held = stream;  // which a handler may release
+    held->receive(
         [weak = weak_from_this()](const Message& message) {
           if (const auto self = weak.lock()) {  // also keeps it while its handler destroys the client
             self->handlers.message(message);
@@ -115,25 +114,45 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
           if (const auto self = weak.lock()) {
             self->lost(why);
           }
+        },
+        [weak = weak_from_this(), local] {
+          if (const auto self = weak.lock()) {
+            self->ready(local);
+          }
         });
+    if (!options.tcp.tls) {
+      ready(local);
+    }
+  }
+
+  // Messages can go.
+  void ready(const Endpoint& local) {
+    attempting = false;
+    ++counters.connections;
+    since = std::chrono::steady_clock::now();
     waiting_bytes = 0;
     for (Waiting& message : std::exchange(waiting, {})) {
       stream->send(message.header, message.payload, std::move(message.keep_alive));
     }
     if (handlers.connected) {
-      handlers.connected(own.endpoint());
+      handlers.connected(local);
     }
   }
 
-  void attempt_failed(int error) {
+  void attempt_failed(int error) { attempt_failed(std::string{std::strerror(error)}); }
+  void attempt_failed(const std::string& why) {
     attempting = false;
     ++counters.failed_attempts;
-    again("cannot connect to TCP " + to_string(options.remote) + ": " + std::strerror(error));
+    again("cannot connect to TCP " + to_string(options.remote) + ": " + why);
   }
 
   void lost(const std::string& why) {
     counters.streams += stream->counters();
     stream.reset();
+    if (attempting) {
+      attempt_failed(why);
+      return;
+    }
     if (std::chrono::steady_clock::now() - since > options.retry_max) {
       pause = Duration::zero();
     }
@@ -225,7 +244,7 @@ TcpClient::~TcpClient() {
 
 bool TcpClient::send(const Header& header, std::span<const ByteView> payload,
                      std::shared_ptr<const void> keep_alive) {
-  if (state_->stream) {
+  if (state_->stream && !state_->attempting) {
     return state_->stream->send(header, payload, std::move(keep_alive));
   }
   if (state_->attempting) {
@@ -236,13 +255,13 @@ bool TcpClient::send(const Header& header, std::span<const ByteView> payload,
 }
 
 void TcpClient::probe() {
-  if (const auto stream = state_->stream) {
+  if (const auto stream = state_->stream; stream && !state_->attempting) {
     stream->probe();
   }
 }
 
 std::optional<Endpoint> TcpClient::local() const {
-  return state_->stream ? std::optional{state_->stream->local()} : std::nullopt;
+  return state_->stream && !state_->attempting ? std::optional{state_->stream->local()} : std::nullopt;
 }
 TcpClientCounters& TcpClientCounters::operator+=(const TcpClientCounters& other) noexcept {
   add_counters(*this, other);

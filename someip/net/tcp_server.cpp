@@ -197,9 +197,20 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
           if (const auto self = weak.lock()) {
             self->closed(from, why);
           }
+        },
+        [weak = weak_from_this(), from] {
+          if (const auto self = weak.lock()) {
+            self->ready(from);
+          }
         });
+    if (!options.tcp.tls) {
+      ready(from);
+    }
+  }
+
+  void ready(const Endpoint& client) {
     if (handlers.connected) {
-      handlers.connected(from);
+      handlers.connected(client);
     }
   }
 
@@ -349,8 +360,13 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
     const TcpStream::Counters last = found->second.stream->counters();
     counters.streams += last;
     counters.bad_framing += last.received.bad_length + last.received.too_large != 0 ? 1 : 0;
+    const bool was_ready = found->second.stream->is_secured();
     clients.erase(found);
-    if (handlers.closed) {
+    if (!was_ready) {  // nobody has been told of it
+      if (handlers.refused) {
+        handlers.refused(client, why);
+      }
+    } else if (handlers.closed) {
       handlers.closed(client, why);
     }
   }

@@ -35,6 +35,7 @@ class TcpServer {
   /// What the server is told. Any may destroy it.
   struct Handlers {
     std::function<void(const Message& message, const Endpoint& client)> message;  ///< valid during the call
+    /// With TLS: when the handshake is done. If it fails, `refused` is told, and `closed` is not.
     std::function<void(const Endpoint& client)> connected = {};
     std::function<void(const Endpoint& client, const std::string& why)> closed = {};
     /// Whether a connection is needed even if it is idle, as for events. Must not destroy the server.

@@ -25,6 +25,7 @@
 #include "someip/net/receive_memory.hpp"
 #include "someip/net/send_budget.hpp"
 #include "someip/net/socket_calls.hpp"
+#include "someip/net/tls_channel.hpp"
 #include "someip/wire/counters.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -157,7 +158,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
               [this] { return use_of_memory(); }, [this] { memory_taken(); },
               [this](ByteSpan bytes) { parser.use(bytes); }},
         parser{place.bytes(), header_bytes + options.max_message_bytes},
-        room{new std::byte[stream_room]} {
+        room{new std::byte[stream_room]},
+        tls{tcp.tls ? tcp.tls->open(fd, which) : nullptr},
+        secured{tls == nullptr} {
     set_up(fd, options);
     SocketAddress address;
     getsockname(fd, address.data(), &address.size());
@@ -166,6 +169,70 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   static std::shared_ptr<ReceiveBudget> no_bound() {
     return std::make_shared<ReceiveBudget>(std::numeric_limits<std::size_t>::max() / 2);
+  }
+
+  // --- the handshake of TLS ---
+
+  void begin_to_secure() {
+    message_timer.expires_after(options.tls->handshake_timeout());
+    message_timer.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+      const auto self = weak.lock();
+      if (!error && self && !self->closed && !self->secured) {
+        self->fail_to_secure("it took too long");
+      }
+    });
+    secure();
+  }
+
+  void secure() {
+    using Wait = boost::asio::posix::stream_descriptor;
+    switch (tls->handshake()) {
+      case TlsChannel::Step::done:
+        message_timer.cancel();
+        secured = true;
+        on_secured();
+        if (!closed) {
+          pump_if_ready();
+          wait_readable();
+        }
+        break;
+      case TlsChannel::Step::to_receive:
+        secure_when(Wait::wait_read);
+        break;
+      case TlsChannel::Step::to_send:
+        secure_when(Wait::wait_write);
+        break;
+      case TlsChannel::Step::failed:
+        fail_to_secure(tls->error());
+    }
+  }
+
+  void secure_when(boost::asio::posix::stream_descriptor::wait_type ready) {
+    descriptor.async_wait(
+        ready, read_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
+          if (!error && !self->closed) {
+            self->secure();
+          }
+        }));
+  }
+
+  void fail_to_secure(const std::string& why) {
+    ++counters.handshakes_failed;
+    close("the TLS handshake failed: " + why);
+  }
+
+  // What the system says of a failed call, or TLS.
+  [[nodiscard]] std::string why_failed() const {
+    return tls && !tls->error().empty() ? "TLS: " + tls->error() : std::string{std::strerror(errno)};
+  }
+
+  [[nodiscard]] ssize_t read_into(std::span<const iovec> places) {
+    return tls ? tls->receive(places) : readv(fd, places.data(), static_cast<int>(places.size()));
+  }
+
+  [[nodiscard]] ssize_t send_parts(const msghdr& message, int flags) {
+    return tls ? tls->send({message.msg_iov, message.msg_iovlen})
+               : sendmsg(fd, &message, MSG_NOSIGNAL | flags);
   }
 
   // --- receiving ---
@@ -180,6 +247,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     if (answers_are_unread()) {
       ++counters.held_back;
       holding_back = true;
+      return;
+    }
+    if (tls && tls->has_unread()) {
+      boost::asio::post(descriptor.get_executor(), [self = shared_from_this()] {
+        if (!self->closed && !self->taken) {
+          self->drain();
+        }
+      });
       return;
     }
     descriptor.async_wait(
@@ -294,13 +369,15 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     // The rest of a large message goes straight to its place.
     const ByteSpan direct = parser.missing();
     std::array<iovec, 2> places{iovec{direct.data(), direct.size()}, iovec{room.get(), stream_room}};
-    const ssize_t received = direct.empty() ? readv(fd, &places[1], 1) : readv(fd, places.data(), 2);
+    const ssize_t received = read_into(std::span{places}.subspan(direct.empty() ? 1 : 0));
     if (received <= 0) {
       if (received == 0) {
         close(parser.in_message() ? "the peer closed the connection within a message"
                                   : "the peer closed the connection");
       } else if (!retry_later(errno)) {
-        close(std::strerror(errno));
+        close(why_failed());
+      } else if (tls && tls->waits_to_send()) {
+        wait_writable();
       }
       return false;
     }
@@ -364,10 +441,13 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     msghdr message{};
     message.msg_iov = parts.data();
     message.msg_iovlen = slices + 1;
-    const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL);
+    const ssize_t sent = send_parts(message, 0);
     sent_bytes += sent < 0 ? 0U : static_cast<std::size_t>(sent);
+    if (tls && tls->waits_to_send()) {
+      wait_writable();
+    }
     if (sent < 0 && !retry_later(errno)) {
-      close_later(std::strerror(errno));
+      close_later(why_failed());
     } else if (sent >= 0 && static_cast<std::size_t>(sent) == bytes) {
       ++counters.messages_sent;
     } else {
@@ -465,17 +545,20 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
 
   // Sends several messages with one call, until the system takes no more.  [feat_req_someip_702]
   void send_what_waits() {
+    if (!secured) {
+      return;
+    }
     while (!queue.empty() && !broken) {
       std::array<iovec, max_slices> parts;
       msghdr message{};
       message.msg_iov = parts.data();
       const int flags = gather(parts, message.msg_iovlen);
-      const ssize_t sent = sendmsg(fd, &message, MSG_NOSIGNAL | flags);
+      const ssize_t sent = send_parts(message, flags);
       if (sent < 0) {
         if (retry_later(errno)) {
           wait_writable();
         } else {
-          close_later(std::strerror(errno));
+          close_later(why_failed());
         }
         return;
       }
@@ -498,6 +581,13 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         if (closed) {
           return;
         }
+      }
+    }
+    if (tls && !closed && !broken && !tls->flush()) {
+      if (retry_later(errno)) {
+        wait_writable();
+      } else {
+        close_later(why_failed());
       }
     }
     if (holding_back && !closed && !broken && answer_bytes <= options.max_unread_answer_bytes / 2) {
@@ -557,8 +647,14 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
         boost::asio::posix::stream_descriptor::wait_write,
         write_memory.hold([self = shared_from_this()](const boost::system::error_code& error) {
           self->waiting = false;
-          if (!error && !self->closed) {
-            self->pump();
+          if (error || self->closed) {
+            return;
+          }
+          self->pump();
+          if (self->tls && self->tls->waits_to_send() && !self->closed && !self->taken &&
+              !self->holding_back) {
+            // Reading has something to send first.
+            static_cast<void>(self->receive_or_end());
           }
         }));
   }
@@ -590,6 +686,7 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     pump_if_ready();  // messages that only waited to be sent together still leave
     closed = true;
     message_timer.cancel();
+    tls.reset();  // it may still send its end
     boost::system::error_code ignored;
     descriptor.close(ignored);
     queued_bytes.clear();
@@ -612,6 +709,9 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
   ReceiveMemory place;
   StreamParser parser;
   std::unique_ptr<std::byte[]> room;
+  std::unique_ptr<TlsChannel> tls;  ///< none: plain TCP
+  bool secured;                     ///< messages can go
+  std::function<void()> on_secured;
   Endpoint local;
   MessageHandler on_message;
   CloseHandler on_closed;
@@ -647,10 +747,20 @@ TcpStream::~TcpStream() {
   state_->release();
 }
 
-void TcpStream::receive(MessageHandler on_message, CloseHandler on_closed) {
-  state_->on_message = std::move(on_message);
-  state_->on_closed = std::move(on_closed);
-  state_->wait_readable();
+void TcpStream::receive(MessageHandler on_message, CloseHandler on_closed, std::function<void()> on_secured) {
+  const std::shared_ptr<State> held = state_;  // a handler may destroy this
+  held->on_message = std::move(on_message);
+  held->on_closed = std::move(on_closed);
+  held->on_secured = std::move(on_secured);
+  if (held->tls) {
+    held->begin_to_secure();
+  } else {
+    held->wait_readable();
+  }
+}
+
+bool TcpStream::is_secured() const noexcept {
+  return state_->secured;
 }
 
 bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
@@ -687,7 +797,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   // Answers to messages that came together leave together, except the first answer.
   const bool wait = state.delivering && std::exchange(state.answered, true) && bytes <= small_bytes;
   try {
-    if (state.queue.empty() && !wait && !by_segment) {
+    if (state.queue.empty() && state.secured && !wait && !by_segment) {
       state.send_now(message, payload, std::move(keep_alive), bytes);
     } else {
       state.enqueue(message, payload, std::move(keep_alive), bytes, 0);

@@ -19,6 +19,7 @@ class CopyPool;
 class Descriptor;
 class ReceiveBudget;
 class SendBudget;
+class TlsContext;
 
 /// How TCP connections are kept, on either end.
 struct TcpOptions {
@@ -49,6 +50,8 @@ struct TcpOptions {
   int send_buffer_bytes = 0;     ///< likewise
   std::uint8_t dscp = 0;         ///< class of service of what is sent, 0 to 63
   std::uint8_t unicast_ttl = 0;  ///< hops that packets may take; 0: as the system has it
+  /// The connection is encrypted, and the peer has to prove who it is, before anything else; none: plain TCP.
+  std::shared_ptr<const TlsContext> tls = nullptr;
   /// Told of each message that is dropped for max_queued_bytes. Not to end the connection.
   std::function<void()> queue_is_full = nullptr;
 };
@@ -89,8 +92,11 @@ class TcpStream {
   TcpStream(const TcpStream&) = delete;
   TcpStream& operator=(const TcpStream&) = delete;
 
-  /// Starts to receive. Call once.
-  void receive(MessageHandler on_message, CloseHandler on_closed);
+  /// Starts to receive. Call once. With TLS the handshake comes first; what is sent meanwhile waits.
+  /// @param on_secured  told when the handshake is done; without TLS not at all. May destroy the stream.
+  void receive(MessageHandler on_message, CloseHandler on_closed, std::function<void()> on_secured = {});
+  /// Whether messages can go: there is no TLS, or its handshake is done.
+  [[nodiscard]] bool is_secured() const noexcept;
 
   /// Sends a message or queues it, as MessageSender::send(). Messages keep their order.
   /// @return false when the message was dropped: the queue is full, or the connection is over.

@@ -24,8 +24,8 @@ BRIDGE_PACKAGES = ["fmt", "spdlog", "yaml-cpp", "EXPAT", "tinyxml2", "nlohmann_j
 SPARED = {
     "core": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
     "fuzz": ["Boost", "Threads", *DDS_PACKAGES, *BRIDGE_PACKAGES],
-    "net": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
-    "sd": [*DDS_PACKAGES, *BRIDGE_PACKAGES],
+    "net": [*DDS_PACKAGES, *(name for name in BRIDGE_PACKAGES if name != "OpenSSL")],  # which is for TLS
+    "sd": [*DDS_PACKAGES, *(name for name in BRIDGE_PACKAGES if name != "OpenSSL")],
     "dds": ["Boost", "fmt", "spdlog", "yaml-cpp", "EXPAT", "nlohmann_json", "CLI11"],
     "bridge": ["CLI11"],
 }

@@ -27,6 +27,7 @@
 #include "sd/core/settings.hpp"
 #include "sd/net/access.hpp"
 #include "someip/core/tp_pacing.hpp"
+#include "someip/net/tls.hpp"
 #include "someip/wire/endpoint.hpp"
 #include "someip/wire/types.hpp"
 
@@ -65,6 +66,7 @@ struct SomeipSettings {
   SdSettings sd;
   /// Who may do what, for all routes; their `peers` come to it.
   sd::AccessControl access{};
+  std::optional<someip::TlsSettings> tls{};  ///< of all TCP connections; files absolute or as of the process
   /// The limits that the file sets, by name: load_limits.hpp. The others follow from the routes.
   std::map<std::string, std::uint64_t, std::less<>> limits{};
   documents::Mark mark;            ///< of the address

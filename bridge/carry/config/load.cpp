@@ -110,7 +110,8 @@ bool is_link_local(const IpAddress& address) {
   return address.v6 && address.bytes[0] == 0xfe && (address.bytes[1] & 0xc0U) == 0x80;
 }
 
-void load_someip(const YAML::Node& node, SomeipSettings& into, documents::Problems& problems) {
+void load_someip(const YAML::Node& node, const std::string& file, SomeipSettings& into,
+                 documents::Problems& problems) {
   documents::Section someip{node, "someip", problems};
   auto unicast = documents::ip_address();
   unicast.expected = "this host's own IPv4 or IPv6 address, at which services are offered";
@@ -145,6 +146,7 @@ void load_someip(const YAML::Node& node, SomeipSettings& into, documents::Proble
   someip.read("tcp_idle_timeout", documents::duration(0s, 24h), into.tcp_idle_timeout);
   load_limits(someip, into.limits, problems);
   load_access(someip, into.address.v6, into.access, problems);
+  load_tls(someip, file, into.tls, problems);
   load_sd(someip, into, address_is_good, problems);
   someip.finish();
 }
@@ -282,7 +284,7 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
     static_cast<void>(section.child(key));
   }
   if (const YAML::Node someip = section.child("someip")) {
-    load_someip(someip, config.someip, problems);
+    load_someip(someip, config.file, config.someip, problems);
   } else if (section.is_missing("someip")) {
     problems.error(section.mark(), "'someip' is missing: expected a mapping with at least 'address'");
   }

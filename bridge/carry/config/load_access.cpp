@@ -1,6 +1,8 @@
 #include "bridge/carry/config/load_access.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include "bridge/carry/config/elements.hpp"
 #include "bridge/documents/document.hpp"
@@ -85,6 +87,45 @@ bool load_peers(documents::Section& section, std::vector<sd::Subnet>& into, docu
     problems.error(section.use_mark("peers"), "peers: names nobody; leave it out to allow everybody");
   }
   return !into.empty();
+}
+
+void load_tls(documents::Section& someip, const std::string& file, std::optional<someip::TlsSettings>& into,
+              documents::Problems& problems) {
+  const YAML::Node node = someip.child("tls");
+  if (!node) {
+    return;
+  }
+  documents::Section tls{node, "tls", problems};
+  someip::TlsSettings settings;
+  bool are_there = true;
+  const auto read_file = [&](const char* key, const char* what, std::string& name) {
+    if (!tls.read(key, documents::any_text(what), name)) {
+      are_there = are_there && tls.is_missing(key);
+      return;
+    }
+    name = (std::filesystem::path{file}.parent_path() / name).lexically_normal().string();
+    std::error_code ignored;
+    if (!std::filesystem::exists(name, ignored)) {
+      problems.error(tls.value_mark(key), std::string{key} + ": there is no file " + documents::quote(name));
+      are_there = false;
+    }
+  };
+  read_file("certificate", "a file with our certificate in PEM", settings.certificate_file);
+  read_file("key", "a file with the key of our certificate in PEM", settings.key_file);
+  read_file("ca", "a file with the certificates in PEM that have signed those of peers", settings.ca_file);
+  read_file("psk_key", "a file with the key in hexadecimal digits", settings.psk_key_file);
+  tls.read("peer_name", documents::any_text("the name in the certificates of peers"), settings.peer_name);
+  tls.read("psk_identity", documents::any_text("the name of the key"), settings.psk_identity);
+  tls.read("handshake_timeout", documents::duration(std::chrono::milliseconds{1}, std::chrono::hours{1}),
+           settings.handshake_timeout);
+  tls.finish();
+  const std::string mistake = someip::mistake_in(settings);
+  if (!someip::has_tls()) {
+    problems.error(tls.mark(), "tls: this program was built without TLS (CMake: TRESTLE_TLS)");
+  } else if (are_there && !mistake.empty()) {
+    problems.error(tls.mark(), "tls: " + mistake);
+  }
+  into = settings;
 }
 
 void load_access(documents::Section& someip, bool v6, sd::AccessControl& into,

@@ -207,6 +207,7 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;
   node.access = config.someip.access;
+  node.tls = config.someip.tls;
   if (sd::AccessPolicy policy = policy_of(config); !policy.rules.empty()) {
     node.access.policies.push_back(std::move(policy));
   }

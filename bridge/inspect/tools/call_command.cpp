@@ -24,6 +24,7 @@ constexpr Duration sending_period = std::chrono::milliseconds{5};
 
 struct CallArguments {
   cli::NetworkOptions network;
+  cli::TlsOptions tls;
   cli::InterfaceOptions interfaces;
   cli::PayloadOptions payload;
   std::string service;
@@ -227,7 +228,7 @@ int run(CallArguments& options) {
       }
     }
   }
-  const sd::NodeConfig network = options.network.config();
+  const sd::NodeConfig network = options.tls.with(options.network.config());
 
   cli::Session session{options.forget ? options.timeout_s : 0};
   sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
@@ -282,6 +283,7 @@ void add_call_command(CLI::App& app, int& status) {
   options->payload.add_to(*command);
   options->interfaces.add_to(*command, "call and print by their names");
   options->network.add_to(*command);
+  options->tls.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }
 

@@ -101,7 +101,7 @@ int run(NotifyArguments& options) {
       throw CLI::ValidationError("PAYLOAD", std::move(why));
     }
   }
-  const sd::NodeConfig network = options.network.config();
+  const sd::NodeConfig network = options.tls.with(options.network.config());
 
   cli::Session session{options.timeout_s};
   sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),

@@ -134,7 +134,7 @@ class Service {
 
   /// Offers it until the session ends.
   void run() {
-    const sd::NodeConfig network = options_.network.config();
+    const sd::NodeConfig network = options_.tls.with(options_.network.config());
     cli::Session session{options_.timeout_s};
     session_ = &session;
     sd::Node node{session.io, network, cli::named_log(options_.interfaces.get(), options_.quiet),

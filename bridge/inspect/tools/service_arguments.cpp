@@ -16,6 +16,7 @@ void ServiceArguments::add_to(CLI::App& command) {
   payload.add_to(command);
   interfaces.add_to(command, "offer, take and print by their names");
   network.add_to(command);
+  tls.add_to(command);
 }
 
 cli::Target ServiceArguments::find_service() {

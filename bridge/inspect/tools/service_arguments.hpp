@@ -8,6 +8,7 @@ namespace trestle::inspect {
 /// What the commands that offer a service have in common.
 struct ServiceArguments {
   cli::NetworkOptions network;
+  cli::TlsOptions tls;
   cli::InterfaceOptions interfaces;
   cli::PayloadOptions payload;
   cli::TransportOptions transport;

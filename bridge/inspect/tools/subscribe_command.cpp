@@ -19,6 +19,7 @@ namespace {
 
 struct SubscribeArguments {
   cli::NetworkOptions network;
+  cli::TlsOptions tls;
   cli::InterfaceOptions interfaces;
   cli::PayloadOptions payload;
   cli::TransportOptions transport;
@@ -162,7 +163,7 @@ int run(SubscribeArguments& options) {
   }
   options.payload.resolve(target.described.has_value());
   Payloads payloads{options.interfaces.get(), target, options.payload};
-  const sd::NodeConfig network = options.network.config();
+  const sd::NodeConfig network = options.tls.with(options.network.config());
   cli::Session session{options.timeout_s};
   sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
                 cli::named_warning(options.interfaces.get())};
@@ -241,6 +242,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
   options->payload.add_to(*command);
   options->interfaces.add_to(*command, "subscribe and print by their names");
   options->network.add_to(*command);
+  options->tls.add_to(*command);
   command->callback([options, &status] { status = run(*options); });
 }
 

@@ -98,6 +98,47 @@ TEST(AccessKeys, HaveTheirMistakesToldWithTheirPlaces) {
                                              "of someip")));
 }
 
+std::string with_tls(const std::string& tls) {
+  return "someip:\n  address: 10.0.0.1\n  tls: " + tls +
+         "\nroutes:\n  - {topic: /a, type: std_msgs/msg/String, direction: someip_to_dds, service: 1, "
+         "instance: "
+         "2, eventgroup: 3, event: 0x8004}\n";
+}
+
+TEST(TlsKeys, AreRead) {
+  if (!someip::has_tls()) {
+    GTEST_SKIP() << "built without TLS";
+  }
+  const auto loaded =
+      parse_config(with_tls("{certificate: hostname, key: /etc/passwd, ca: ../etc/group, peer_name: front, "
+                            "handshake_timeout: 2 s}"),
+                   "/etc/b.yaml");
+  ASSERT_TRUE(loaded) << to_string(loaded.error().front());
+  const someip::TlsSettings expected{.certificate_file = "/etc/hostname",
+                                     .key_file = "/etc/passwd",
+                                     .ca_file = "/etc/group",
+                                     .peer_name = "front",
+                                     .handshake_timeout = std::chrono::seconds{2}};
+  EXPECT_EQ(loaded->config.someip.tls, expected);
+  EXPECT_EQ(node_config(loaded->config).tls, expected);
+  EXPECT_FALSE(node_config(config_of(with_route("direction: someip_to_dds"))).tls);
+}
+
+TEST(TlsKeys, HaveTheirMistakesToldWithTheirPlaces) {
+  if (!someip::has_tls()) {
+    EXPECT_THAT(problems_of(with_tls("{psk_identity: a, psk_key: /etc/passwd}")),
+                ElementsAre(testing::HasSubstr("was built without TLS")));
+    return;
+  }
+  EXPECT_THAT(problems_of(with_tls("{psk_identity: a, psk_key: none.hex}")),
+              ElementsAre("b.yaml:3:36: error: psk_key: there is no file 'none.hex'"));
+  EXPECT_THAT(problems_of(with_tls("{psk_identity: a}")),
+              ElementsAre("b.yaml:3:8: error: tls: needs both psk_identity and psk_key"));
+  EXPECT_THAT(
+      problems_of(with_tls("{certificate: /etc/passwd, psk_identity: a}")),
+      ElementsAre("b.yaml:3:8: error: tls: either certificates or a key that both ends know, not both"));
+}
+
 /// The only rule of a configuration.
 sd::AccessRule rule_of(const std::string& text) {
   const sd::NodeConfig node = node_config(config_of(text));

@@ -89,7 +89,7 @@ TEST(Documents, NameEveryKey) {
   // An unknown key makes the reader list those it knows.
   const auto loaded = parse_config(
       "zzzzzzzzz: 1\nsomeip: {zzzzzzzzz: 1, sd: {zzzzzzzzz: 1}, access: {zzzzzzzzz: 1, rules: [{zzzzzzzzz: "
-      "1}]}}\ndds: {zzzzzzzzz: 1, security: {zzzzzzzzz: "
+      "1}]}, tls: {zzzzzzzzz: 1}}\ndds: {zzzzzzzzz: 1, security: {zzzzzzzzz: "
       "1}}\ntypes: {zzzzzzzzz: 1}\n"
       "routes:\n  - {zzzzzzzzz: 1, wire: {zzzzzzzzz: 1, types: {a/msg/B: {zzzzzzzzz: 1}}}, tp: {zzzzzzzzz: "
       "1}, qos: {zzzzzzzzz: 1}, multicast: {zzzzzzzzz: 1}}\nmethods:\n  - {zzzzzzzzz: 1}\n"
@@ -112,7 +112,7 @@ TEST(Documents, NameEveryKey) {
       EXPECT_NE(text.find("`" + key + "`"), std::string::npos) << key << " is not documented";
     }
   }
-  EXPECT_EQ(sections, 21);
+  EXPECT_EQ(sections, 22);
 }
 
 }  // namespace
