@@ -36,8 +36,9 @@ struct TcpStreamCounters {
   std::uint64_t queue_full = 0;     ///< messages dropped because too much was waiting
   std::uint64_t overtaken = 0;      ///< messages dropped as the receiver takes them too slowly, WaitRule
   std::uint64_t timed_out = 0;      ///< messages that were not whole in time
-  std::uint64_t handshakes_failed = 0;  ///< connections that ended as the peer did not prove who it is, by TLS
-  std::uint64_t held_back = 0;          ///< times that reading stopped as the peer does not read its answers
+  std::uint64_t handshakes_failed =
+      0;                        ///< connections that ended as the peer did not prove who it is, by TLS
+  std::uint64_t held_back = 0;  ///< times that reading stopped as the peer does not read its answers
   /// Connections that ended as there was no memory for what came or was to be sent: the system had none, or
   /// others needed that of a message which had held the most for the longest time.
   std::uint64_t no_memory = 0;

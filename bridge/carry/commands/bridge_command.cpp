@@ -16,6 +16,7 @@
 #include <optional>
 #include <utility>
 
+#include "bridge/carry/commands/drop_root.hpp"
 #include "bridge/carry/commands/explain.hpp"
 #include "bridge/carry/commands/summary.hpp"
 #include "bridge/carry/runtime/bridge.hpp"
@@ -31,6 +32,7 @@ namespace {
 
 struct Options {
   std::string file;
+  std::string user;
   int report_fd = -1;
   bool quiet = false;
 };
@@ -131,6 +133,10 @@ int run(const Options& options) {
   logger->set_level(options.quiet ? spdlog::level::warn : spdlog::level::info);
   spdlog::set_default_logger(logger);
 
+  std::optional<DropRoot> drop_root;
+  if (!options.user.empty()) {
+    drop_root.emplace(options.user);
+  }
   boost::asio::io_context io{1};
   std::optional<Runner> runner;
   const bool has_terminal = isatty(STDERR_FILENO) != 0;
@@ -150,6 +156,10 @@ int run(const Options& options) {
   raise_descriptor_limit();  // before the bridge, which shares out what it may have
   const SpareMemory spare_memory{io};
   runner.emplace(io, options, std::move(*config));
+  if (drop_root) {
+    drop_root->now();
+    spdlog::info("running as {}", options.user);
+  }
   sd::run_busy(io, runner->busy_poll());
   runner->show();
   logger->flush();
@@ -177,6 +187,11 @@ void add_bridge_command(CLI::App& app, int& status) {
                    "Write a JSON line for each message carried to this file descriptor")
       ->type_name("FD")
       ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+  command
+      ->add_option(
+          "--user", options->user,
+          "Started by root: give up its rights for those of this user as soon as the sockets are open")
+      ->type_name("NAME");
   command->add_flag("-q,--quiet", options->quiet, "Log only problems");
   command->callback([options, &status] {
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
