@@ -77,8 +77,10 @@ class Allocation {
         nameless_.insert(*instance.service_id);
       }
     }
-    for (Service& service : model_.services) {
+    for (Service* const one : bases_first()) {
+      Service& service = *one;
       LockedIds& locked = lock_.services[full_name(service.scope, service.name)];
+      inherit(service, locked);
       members(service, methods_of(service), locked.methods, {0x0001, 0x7fff}, "method");
       members(service, events_of(service), locked.events, {0x8001, 0xfffe}, "event");
       eventgroups(service);
@@ -124,6 +126,64 @@ class Allocation {
         none_left(service->place, "service", name);
       }
     }
+  }
+
+  /// All services, each behind the one that it extends.
+  std::vector<Service*> bases_first() {
+    for (Service& service : model_.services) {
+      by_name_.emplace(full_name(service.scope, service.name), &service);
+    }
+    std::vector<Service*> sorted;
+    std::set<const Service*> placed;
+    for (Service& service : model_.services) {
+      std::vector<Service*> line;
+      for (Service* one = &service; one != nullptr && placed.insert(one).second; one = base_of(*one)) {
+        line.push_back(one);
+      }
+      sorted.insert(sorted.end(), line.rbegin(), line.rend());
+    }
+    return sorted;
+  }
+
+  Service* base_of(const Service& service) {
+    const auto base = service.base.empty() ? by_name_.end() : by_name_.find(service.base);
+    return base == by_name_.end() ? nullptr : base->second;
+  }
+
+  /// What a service has of the one that it extends has the id that it has there: FDEPL says it once. Not
+  /// where the service uses that id for something else, or has got another one before.
+  void inherit(Service& service, const LockedIds& locked) {
+    Service* const base = base_of(service);
+    if (base == nullptr) {
+      return;
+    }
+    const auto take = [](const std::vector<Element>& own, const std::vector<Element>& inherited,
+                         const std::map<std::string, std::uint16_t, std::less<>>& chosen) {
+      std::set<someip::MethodId> given;
+      for (const auto& [name, id] : chosen) {
+        given.insert(someip::MethodId{id});
+      }
+      std::map<std::string_view, someip::MethodId> known;
+      for (const Element& element : own) {
+        if (*element.id) {
+          given.insert(**element.id);
+        }
+      }
+      for (const Element& element : inherited) {
+        if (*element.id) {
+          known.emplace(element.name, **element.id);
+        }
+      }
+      for (const Element& element : own) {
+        const auto found = known.find(element.name);
+        if (!*element.id && !chosen.contains(element.name) && found != known.end() &&
+            given.insert(found->second).second) {
+          *element.id = found->second;
+        }
+      }
+    };
+    take(methods_of(service), methods_of(*base), locked.methods);
+    take(events_of(service), events_of(*base), locked.events);
   }
 
   static std::vector<Element> methods_of(Service& service) {
@@ -271,6 +331,7 @@ class Allocation {
 
   Model& model_;
   IdLock& lock_;
+  std::map<std::string, Service*, std::less<>> by_name_{};
   std::set<std::string, std::less<>> named_{};  ///< services that have instances: by name
   std::set<someip::ServiceId> nameless_{};      ///< and by id
   std::vector<documents::Problem> problems_{};

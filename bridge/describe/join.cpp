@@ -159,7 +159,9 @@ class Joining {
       const std::string name = full_name(service.scope, service.name);
       const auto named = by_name.find(name);
       const auto numbered = service.id ? by_id.find(*service.id) : by_id.end();
-      const bool same_id = numbered != by_id.end() && numbered->second->major == service.major;
+      const bool same_id = numbered != by_id.end() && numbered->second->major == service.major &&
+                           !extends(kept, service, *numbered->second) &&
+                           !extends(kept, *numbered->second, service);
       Service* const other = named != by_name.end() ? named->second : same_id ? numbered->second : nullptr;
       if (other == nullptr) {
         by_name.emplace(name, &service);
@@ -199,6 +201,22 @@ class Joining {
         }
       }
     }
+  }
+
+  /// Whether one of FIDL's interfaces has all that another one has: who offers it may do so under the id of
+  /// that one.
+  static bool extends(const std::vector<Service>& all, const Service& heir, const Service& other) {
+    const std::string wanted = full_name(other.scope, other.name);
+    std::string base = heir.base;
+    for (std::size_t steps = 0; !base.empty() && steps < max_type_nesting; ++steps) {
+      if (base == wanted) {
+        return true;
+      }
+      const auto next = std::ranges::find_if(
+          all, [&](const Service& one) { return full_name(one.scope, one.name) == base; });
+      base = next == all.end() ? std::string{} : next->base;
+    }
+    return false;
   }
 
   /// Whether nobody on the wire could tell two descriptions apart.

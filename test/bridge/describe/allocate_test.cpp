@@ -47,6 +47,26 @@ TEST(AllocateIds, NumbersMembersInTheirOrder) {
   EXPECT_EQ(model.instances[0].id, someip::InstanceId{1});
 }
 
+TEST(AllocateIds, GivesWhatIsInheritedTheIdsOfItsBase) {
+  Model model{.services = {service("Front"), service("Door")}};
+  Service& front = model.services[0];
+  front.base = "car.Door";
+  front.methods.push_back({.name = "lock"});
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_EQ(ids(model.services[1]), "1 2 32769 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(model.services[0]), "1 2 6 32769 3 4 32770 5 - 32771 ");
+
+  // What was chosen before stays, and what it uses itself.
+  Model again{.services = {service("Front"), service("Door")}};
+  again.services[0].base = "car.Door";
+  again.services[0].methods.push_back({.name = "lock", .id = someip::MethodId{2}});
+  IdLock before;
+  before.services["car.Front"].methods["open"] = 7;
+  EXPECT_THAT(allocate_ids(again, before), IsEmpty());
+  EXPECT_EQ(ids(again.services[0]), "7 1 2 32769 3 4 32770 5 - 32771 ");
+}
+
 TEST(AllocateIds, GuessesNoEventgroupOfWhatACaptureShows) {
   Model model{.services = {service("Door")}};
   model.services[0].eventgroups = {{.id = someip::EventgroupId{5}}, {.id = someip::EventgroupId{7}}};

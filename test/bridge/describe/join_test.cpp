@@ -355,6 +355,14 @@ TEST(Join, TellsOfIdsThatAreThereTwice) {
   EXPECT_THAT(problems[2].text, HasSubstr("Door.angle (notifier) has the id 0x8002 of Door.bent"));
 }
 
+TEST(Join, LetsAnInterfaceAndItsHeirHaveOneId) {
+  Model model = described();
+  model.services.push_back(
+      {.name = "Window", .scope = "car", .id = someip::ServiceId{0x1234}, .base = "car.Door"});
+  EXPECT_THAT(join(model), IsEmpty());
+  EXPECT_THAT(model.services, SizeIs(2));
+}
+
 /// As those of CommonAPI's ti_datatypes_combined: the message type tells them apart.
 TEST(Join, LetsAMethodAndAnEventHaveOneId) {
   Model model = described();

@@ -62,6 +62,13 @@ std::optional<std::int64_t> Types::enumerator(Declared& declared, std::size_t in
     std::optional<std::int64_t> value = next;
     if (one.value) {
       value = whole(*one.value, scope, deep);
+      if (!value && one.value->kind == Expression::Kind::text) {
+        // Franca takes any text, which says nothing about bytes.
+        findings_.warning(one.value->place,
+                          fmt::format("the value of {} is a text and no number; {} is taken",
+                                      documents::quote(one.name.text), next));
+        value = next;
+      }
       if (!value && !findings_.full()) {
         findings_.error(one.value->place,
                         fmt::format("the value of {} cannot be computed; expected a whole number, or "
@@ -280,9 +287,9 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
     case Expression::Kind::compound: {
       std::string all;
       for (std::size_t i = 0; i < expression.parts.size(); ++i) {
-        all += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_text(expression.names[i].text),
-                           constant_text(expression.parts[i], scope, deep + 1));
-        if (all.size() > 1'000'000) {
+        const std::string part = constant_text(expression.parts[i], scope, deep + 1);
+        all += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_text(expression.names[i].text), part);
+        if (part.empty() || all.size() > 1'000'000) {
           return {};
         }
       }
@@ -293,11 +300,11 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
       const std::size_t step = expression.pairs ? 2 : 1;
       for (std::size_t i = 0; i + step <= expression.parts.size(); i += step) {
         const std::string first = constant_text(expression.parts[i], scope, deep + 1);
+        const std::string second =
+            step == 1 ? first : constant_text(expression.parts[i + 1], scope, deep + 1);
         all += i == 0 ? "" : ", ";
-        all += step == 1
-                   ? first
-                   : fmt::format("[{}, {}]", first, constant_text(expression.parts[i + 1], scope, deep + 1));
-        if (all.size() > 1'000'000) {
+        all += step == 1 ? first : fmt::format("[{}, {}]", first, second);
+        if (first.empty() || second.empty() || all.size() > 1'000'000) {
           return {};
         }
       }

@@ -164,7 +164,15 @@ void Types::build_fields(Type& type, Declared& declared, const Layers& layers, i
 
 void Types::build_enumeration(Type& type, Declared& declared, const Layers& layers, int deep) {
   const TypeTree& tree = *declared.tree;
-  std::int64_t bytes = number(layers, "EnumWidth", 0, 8).value_or(declared.version == 1 ? 4 : 1);
+  const std::int64_t usual_bytes = declared.version == 1 ? 4 : 1;
+  std::int64_t bytes = number(layers, "EnumWidth", 0, 8).value_or(usual_bytes);
+  if (bytes == 0) {
+    const unsigned bits = type.wire.bits;
+    bytes = bits == 0 ? usual_bytes : bits <= 8 ? 1 : bits <= 16 ? 2 : bits <= 32 ? 4 : 8;
+    findings_.warning(
+        find(layers, "EnumWidth")->values.front().place,
+        fmt::format("SomeIpEnumWidth is 0; expected 1, 2, 4 or 8 bytes, of which {} is taken", bytes));
+  }
   if (bytes != 1 && bytes != 2 && bytes != 4 && bytes != 8) {
     findings_.error(find(layers, "EnumWidth")->values.front().place,
                     fmt::format("SomeIpEnumWidth is {}; expected 1, 2, 4 or 8 bytes", bytes));

@@ -41,6 +41,8 @@ class Maker {
   void payload(Payload& into, const std::vector<Variable>& variables, const Collection& from,
                const Node* arguments, int version);
   void rules(Payload& into, const Node* node, const char* stem);
+  template <typename Member, typename Arguments>
+  void tell_apart(std::vector<Member>& members, const Arguments& arguments, const char* what);
   void check_names(const Service& service);
   void check_targets(const Collection& collection);
   void check_ids(const Service& service);
@@ -166,6 +168,10 @@ void Maker::service(const Collection& collection) {
   for (const Collection* from : collection.line) {
     members(service, *from, collection);
   }
+  tell_apart(
+      service.methods, [](const Method& one) -> const auto& { return one.request.values; }, "method");
+  tell_apart(
+      service.events, [](const Event& one) -> const auto& { return one.payload.values; }, "broadcast");
   std::set<someip::EventgroupId> groups;
   for (const someip::EventgroupId group : eventgroups(collection.node, {"SomeIpEventGroups"})) {
     groups.insert(group);
@@ -221,9 +227,10 @@ void Maker::refuse_polymorphic(const Payload& payload, Place place, const std::s
     const std::string found = types_.polymorphic_in(value.type);
     if (!found.empty()) {
       findings_.warning(
-          place, fmt::format("{} uses the polymorphic struct {}: SOME/IP has no form for one, so it can be "
-                             "described but not carried",
-                             documents::quote(name), documents::quote(found)));
+          place, fmt::format("{} uses the {} {}: SOME/IP has no form for one, so it can be described but not "
+                             "carried",
+                             documents::quote(name), found == "undefined" ? "type" : "polymorphic struct",
+                             documents::quote(found)));
       return;
     }
   }
@@ -450,8 +457,13 @@ void Maker::instance(const Node& node) {
   const Setting* addresses = node.setting("SomeIpMulticastAddresses");
   const auto address_texts =
       addresses == nullptr ? std::vector<std::string>{} : texts_of(*addresses, findings_);
-  if (groups.size() != ports.size() || groups.size() != address_texts.size() ||
-      (!thresholds.empty() && thresholds.size() != groups.size())) {
+  if (groups.empty() && !address_texts.empty()) {
+    findings_.warning(
+        addresses->key.place,
+        "no SomeIpMulticastEventGroups tells which events go to the multicast addresses, which are left "
+        "out");
+  } else if (groups.size() != ports.size() || groups.size() != address_texts.size() ||
+             (!thresholds.empty() && thresholds.size() != groups.size())) {
     findings_.error(
         node.place,
         fmt::format("the lists SomeIpMulticastEventGroups, -Addresses, -Ports and -Threshold belong "
@@ -488,6 +500,32 @@ void Maker::instance(const Node& node) {
     std::swap(*same, instance);
   }
   same->notes.others.merge(instance.notes.others);
+}
+
+/// Franca takes members of one name that differ in their arguments alone. Here each needs a name of its own,
+/// so they get selectors.
+template <typename Member, typename Arguments>
+void Maker::tell_apart(std::vector<Member>& members, const Arguments& arguments, const char* what) {
+  std::map<std::string, std::vector<const Member*>, std::less<>> without;
+  for (Member& one : members) {
+    if (!one.selector.empty()) {
+      continue;
+    }
+    std::vector<const Member*>& others = without[one.name];
+    const bool is_twin = std::ranges::any_of(others, [&](const Member* other) {
+      return std::ranges::equal(arguments(*other), arguments(one), {}, &Value::type, &Value::type);
+    });
+    if (is_twin || others.size() >= 100) {
+      continue;  // refused below
+    }
+    others.push_back(&one);
+    if (others.size() > 1) {
+      one.selector = fmt::format("overload{}", others.size());
+      findings_.warning(one.place,
+                        fmt::format("the {} {} is there twice without a selector; this one is called {}:{}",
+                                    what, documents::quote(one.name), one.name, one.selector));
+    }
+  }
 }
 
 void Maker::check_names(const Service& service) {

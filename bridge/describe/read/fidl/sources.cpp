@@ -18,15 +18,20 @@ std::string_view base_name(std::string_view name) {
 /// The version of CommonAPI's specification that a file of this name is; 0 when it is none of them.
 int specification_version(std::string_view name) {
   const std::string_view base = base_name(name);
-  if (!base.starts_with("CommonAPI") || base.find("deployment_spec") == std::string_view::npos) {
+  if (!base.starts_with("CommonAPI") || base.find("deployment") == std::string_view::npos) {
     return 0;
   }
   return base.find("-4") != std::string_view::npos ? 2 : 1;
 }
 
-/// A specification for another protocol, as that for D-Bus, is not needed.
+/// A specification for another protocol, as that for D-Bus, is not needed. Those of CommonAPI's early
+/// releases have no
+/// "_spec" in their names, and what is in a plug-in of Eclipse is not at hand.
 bool is_specification(std::string_view name) {
-  return base_name(name).find("deployment_spec") != std::string_view::npos;
+  const std::string_view base = base_name(name);
+  const bool is_deployment = base.ends_with(".fdepl") && base.find("deployment") != std::string_view::npos;
+  return base.find("deployment_spec") != std::string_view::npos ||
+         (is_deployment && (base.starts_with("CommonAPI") || name.starts_with("platform:/plugin/")));
 }
 
 bool is_someip(std::string_view name) {
@@ -50,6 +55,7 @@ class Loader {
  private:
   /// Index of a file that is given, or loaded now; nothing when there is none.
   std::optional<std::uint32_t> file_for(std::string_view import, std::uint32_t from, Place place);
+  std::optional<std::uint32_t> below_a_root(std::string_view import, std::uint32_t from);
   std::optional<std::uint32_t> add(std::string name, std::string text, Place place);
   void parse(std::uint32_t file);
   void follow(const ImportTree& import, std::uint32_t from, FdeplSource* into);
@@ -156,6 +162,10 @@ std::optional<std::uint32_t> Loader::file_for(std::string_view import, std::uint
       return index;
     }
   }
+  if (const auto found =
+          scheme > 1 && scheme != std::string_view::npos ? below_a_root(import, from) : std::nullopt) {
+    return found;
+  }
   const std::string near = beside(sources_.names[from], base);
   if (near != wanted && load_) {
     if (auto other = load_(near)) {
@@ -164,8 +174,38 @@ std::optional<std::uint32_t> Loader::file_for(std::string_view import, std::uint
       return add(near, std::move(*other), place);
     }
   }
-  findings_.error(place, fmt::format("{} cannot be read: {}", documents::quote(wanted),
-                                     documents::printable(text.error())));
+  const std::string cannot =
+      fmt::format("{} cannot be read: {}", documents::quote(wanted), documents::printable(text.error()));
+  if (sources_.names[from].ends_with(".fidl")) {
+    findings_.warning(place, cannot + "; what needs it is told below");
+  } else {
+    findings_.error(place, cannot);
+  }
+  return std::nullopt;
+}
+
+/// "classpath:/org/example/Door.fidl" and "platform:/resource/PROJECT/src/Door.fidl": the file of that path
+/// below one of the folders that the importing file is in.
+std::optional<std::uint32_t> Loader::below_a_root(std::string_view import, std::uint32_t from) {
+  constexpr std::size_t most_folders = 40;
+  std::string_view path = import.substr(import.find(":/") + 2);
+  if (constexpr std::string_view resource = "resource/"; path.starts_with(resource)) {
+    path.remove_prefix(std::min(path.size(), path.find('/', resource.size())));
+  }
+  path.remove_prefix(std::min(path.size(), path.find_first_not_of('/')));
+  std::string folder = sources_.names[from];
+  for (std::size_t i = 0; i < most_folders && !folder.empty(); ++i) {
+    const std::size_t slash = folder.find_last_of("/\\");
+    folder.erase(slash == std::string::npos ? 0 : slash);
+    const std::string wanted =
+        beside("", folder.empty() ? std::string{path} : fmt::format("{}/{}", folder, path));
+    if (const auto known = files_.find(wanted); known != files_.end()) {
+      return known->second;
+    }
+    if (auto text = load_ ? load_(wanted) : tl::unexpected{std::string{}}) {
+      return add(wanted, std::move(*text), {from, {}});
+    }
+  }
   return std::nullopt;
 }
 

@@ -328,12 +328,20 @@ TypeIndex Types::basic(const TypeRef& ref, Kind& kind, const Layers& layers, Wir
           static_cast<std::uint32_t>(number(layers, "StringLength", 0, most_elements).value_or(0));
     }
   } else if (ref.name.text == "undefined") {
-    findings_.error(ref.name.place, "the type 'undefined' has no form in a message; expected a type");
-    return no_type;
+    // Of anything that comes: as little to be carried as a polymorphic struct.
+    type.kind = Kind::structure;
+    type.name = ref.name.text;
+    type.polymorphic = true;
   } else {
     type.kind = Kind::primitive;
     // Integer: as CommonAPI has it.
     type.primitive = primitive_of(ref.name.text).value_or(messages::Primitive::int32);
+    if (ref.name.text == "Integer" && !ref.minimum && !ref.maximum && !integer_told_) {
+      integer_told_ = true;
+      findings_.warning(
+          ref.name.place,
+          "Integer without limits is taken for Int32, as CommonAPI does; so wherever else it stands");
+    }
     type.minimum = ref.minimum;
     type.maximum = ref.maximum;
     const bool is_integer = type.primitive != messages::Primitive::boolean &&
@@ -344,7 +352,13 @@ TypeIndex Types::basic(const TypeRef& ref, Kind& kind, const Layers& layers, Wir
       constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
       type.invalid_value = number(layers, "IntegerInvalidValue", least, most);
       const std::int64_t own = messages::width(type.primitive) * 8;
-      const std::int64_t bits = number(layers, "IntegerBitWidth", 0, own).value_or(0);
+      std::int64_t bits = number(layers, "IntegerBitWidth", 0, 64).value_or(0);
+      if (bits > own) {
+        findings_.warning(
+            find(layers, "IntegerBitWidth")->values.front().place,
+            fmt::format("{} has {} bits, and not {}: it is read as a whole one", ref.name.text, own, bits));
+        bits = own;
+      }
       wire_of_it.bits = static_cast<std::uint8_t>(bits == own ? 0 : bits);
       if (wire_of_it.bits == 8 || wire_of_it.bits == 16 || wire_of_it.bits == 32) {
         findings_.warning(

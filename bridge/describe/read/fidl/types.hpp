@@ -81,6 +81,7 @@ class Types {
   std::deque<Declared> own_errors_;
   std::map<const ConstantTree*, std::optional<std::int64_t>> wholes_;  ///< of constants
   std::size_t steps_ = 0;
+  bool integer_told_ = false;  ///< that Integer is Int32
 };
 
 }  // namespace trestle::describe::fidl

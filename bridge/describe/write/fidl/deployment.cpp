@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <set>
 
 #include "bridge/describe/address_text.hpp"
@@ -606,6 +608,10 @@ Block Deployment::interface(const Container& container) {
   }
   kept(block, service.notes, {"DefaultTimeout"}, service_);
   const Inherited inherited{plan_.service(service.base)};
+  if (const Container* const base = plan_.service(service.base);
+      base != nullptr && base->service != nullptr) {
+    lose_other_ids(service, *base->service);
+  }
   for (const Field& field : service.fields) {
     if (!inherited.fields.contains(field.name) && plan_.is_written(field)) {
       block.children.push_back(attribute(field));
@@ -623,6 +629,42 @@ Block Deployment::interface(const Container& container) {
   }
   types(block, container);
   return block;
+}
+
+/// FDEPL says the ids of what an interface inherits where it is declared, and nowhere else.
+void Deployment::lose_other_ids(const Service& service, const Service& base) {
+  using Ids = std::array<std::optional<someip::MethodId>, 3>;
+  std::map<std::string, Ids, std::less<>> of_base;
+  const auto ids_of = [](const auto& one) -> Ids {
+    if constexpr (requires { one.getter; }) {
+      return {one.getter, one.setter, one.notifier};
+    } else {
+      return {one.id, {}, {}};
+    }
+  };
+  const auto name_of = [](const auto& one) {
+    if constexpr (requires { one.selector; }) {
+      return member_key(one.name, one.selector);
+    } else {
+      return one.name;
+    }
+  };
+  const auto compare = [&](const auto& own, const auto& inherited) {
+    of_base.clear();
+    for (const auto& one : inherited) {
+      of_base.emplace(name_of(one), ids_of(one));
+    }
+    for (const auto& one : own) {
+      const auto found = of_base.find(name_of(one));
+      if (found != of_base.end() && found->second != ids_of(one)) {
+        lose(service_ + "." + name_of(one), "other ids than in the interface that it is inherited from",
+             one.place);
+      }
+    }
+  };
+  compare(service.methods, base.methods);
+  compare(service.events, base.events);
+  compare(service.fields, base.fields);
 }
 
 Block Deployment::collection(const Container& container) {

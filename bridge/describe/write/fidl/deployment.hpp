@@ -47,6 +47,7 @@ class Deployment {
   [[nodiscard]] Block attribute(const Field& field);
   [[nodiscard]] Block method(const Method& method);
   [[nodiscard]] Block event(const Event& event);
+  void lose_other_ids(const Service& service, const Service& base);
   void arguments(Block& block, const char* head, const Payload& payload, const std::string& owner);
   /// What a use says besides its type. `before`: as which it is known without that; null: as the type is
   /// declared.

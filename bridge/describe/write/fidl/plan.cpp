@@ -110,7 +110,14 @@ std::string escaped_fdepl(std::string_view name) {
   return is_word(fdepl_keywords(), text) ? "^" + text : text;
 }
 
+bool is_undefined(const Type& type) {
+  return type.polymorphic && type.scope.empty() && type.name == "undefined" && type.members.empty();
+}
+
 std::string basic_name(const Type& type) {
+  if (is_undefined(type)) {
+    return "undefined";
+  }
   if (type.kind == Kind::string) {
     return "String";
   }
@@ -205,6 +212,7 @@ bool Plan::needs_declaration(TypeIndex index) const {
       return has_own_rules ? false : !type.name.empty();
     }
     case Kind::structure:
+      return !is_undefined(type) && !own_errors_.contains(index);
     case Kind::choice:
     case Kind::enumeration:
     case Kind::map:

@@ -113,6 +113,8 @@ struct Inherited {
 [[nodiscard]] std::string escaped_fdepl(std::string_view name);
 /// The name of a basic type.
 [[nodiscard]] std::string basic_name(const Type& type);
+/// FIDL's `undefined`, as its reader has it.
+[[nodiscard]] bool is_undefined(const Type& type);
 /// A constant's value as FIDL has it; empty if there is no such form.
 [[nodiscard]] std::string constant_value(const Model& model, const Plan& plan, const Constant& constant,
                                          const Container& from);

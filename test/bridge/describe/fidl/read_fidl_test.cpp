@@ -320,6 +320,10 @@ TEST(ReadFidl, ComputesConstantsOfEachType) {
       const Boolean NONE = !(N == 26) || MORE != true
       const Boolean WRONG = N && true
       const Double INFINITE = 1.0d / 0.0d
+      struct P { UInt8 x Double y }
+      const P POINT = { x: 3, y: 1.5d }
+      const UInt8 PART = POINT->x
+      const P WITH_PART = { x: POINT->x, y: 1.5d }
     } )"}},
                                {"K.fidl"});
   std::map<std::string, std::string> constants;
@@ -331,11 +335,14 @@ TEST(ReadFidl, ComputesConstantsOfEachType) {
                                                            {"MINUS", "-0.25"},
                                                            {"MORE", "true"},
                                                            {"FIRST_AND", "true"},
-                                                           {"NONE", "false"}}));
+                                                           {"NONE", "false"},
+                                                           {"POINT", "{\"x\": 3, \"y\": 1.5}"}}));
   EXPECT_THAT(
       told(reading),
       ElementsAre("K.fidl:9:31: warning: the value of the constant cannot be computed, and is left out",
-                  "K.fidl:10:36: warning: the value of the constant cannot be computed, and is left out"));
+                  "K.fidl:10:36: warning: the value of the constant cannot be computed, and is left out",
+                  "K.fidl:13:26: warning: the value of the constant cannot be computed, and is left out",
+                  "K.fidl:14:32: warning: the value of the constant cannot be computed, and is left out"));
 }
 
 TEST(ReadFidl, KeepsAtSignsWithinWordsOfAnnotations) {
@@ -408,6 +415,95 @@ TEST(ReadFidl, LeavesOutDeploymentsOfOthers) {
   EXPECT_THAT(told(reading), IsEmpty());
 }
 
+TEST(ReadFidl, NeedsNoSpecificationOfOtherProtocols) {
+  for (const char* other : {"org.genivi.commonapi.dbus/deployment/CommonAPI-DBus_deployment.fdepl",
+                            "org.genivi.commonapi.dbus/deployment/CommonAPI-DBus_deployment_spec.fdepl",
+                            "com.example.other/deployment/Other_deployment.fdepl"}) {
+    const Reading reading = deployed(
+        "attribute String s", "", (std::string{v1} + "import \"platform:/plugin/" + other + "\"\n").c_str());
+    EXPECT_THAT(told(reading), IsEmpty()) << other;
+  }
+}
+
+TEST(ReadFidl, FindsFilesBelowTheFoldersOfTheirImporter) {
+  const std::string types =
+      "package q typeCollection T { version { major 1 minor 0 } typedef Speed is UInt16 }";
+  for (const char* import : {"classpath:/org/T.fidl", "platform:/resource/project/org/T.fidl"}) {
+    const std::string text = std::string{"package p import q.* from \""} + import +
+                             "\" interface I { version { major 1 minor 0 } attribute T.Speed s }";
+    const Reading reading =
+        read({{"/work/idl/car/I.fidl", text}, {"/work/idl/org/T.fidl", types}}, {"/work/idl/car/I.fidl"});
+    EXPECT_THAT(told(reading), IsEmpty()) << import;
+    EXPECT_THAT(reading.model.files, ElementsAre("/work/idl/car/I.fidl", "/work/idl/org/T.fidl"));
+  }
+}
+
+TEST(ReadFidl, TellsThatUndefinedIsNotCarried) {
+  const Reading reading = deployed("typedef Any is undefined attribute Any a attribute UInt8 n", "");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading), ElementsAre(HasSubstr("I.fidl:4:40: warning: 'a' uses the type 'undefined'")));
+  EXPECT_THAT(reading.model.services.at(0).fields, SizeIs(2));
+}
+
+TEST(ReadFidl, TellsOnceThatIntegerIsInt32) {
+  const Reading reading = deployed("attribute Integer a attribute Integer b attribute Integer(0, 9) c", "");
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("I.fidl:4:11: warning: Integer without limits is taken for Int32")));
+  EXPECT_EQ(reading.model.at(only_value(reading).type).primitive, messages::Primitive::int32);
+}
+
+TEST(ReadFidl, TakesTextsOfEnumeratorsForNoNumbers) {
+  const Reading reading = deployed("enumeration E { A = \"0x10\" B = \"x\" C } attribute E e", "");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("warning: the value of 'B' is a text and no number; 17 is taken")));
+  const Type& type = reading.model.at(only_value(reading).type);
+  EXPECT_EQ(type.enumerators.at(1).value, 17);
+  EXPECT_EQ(type.enumerators.at(2).value, 18);
+}
+
+TEST(ReadFidl, TakesWidthsThatCannotBeWithAWarning) {
+  const Reading reading = deployed("enumeration E { A B } attribute E e attribute Int16 n",
+                                   "enumeration E { SomeIpEnumWidth = 0 SomeIpEnumBitWidth = 9 } "
+                                   "attribute n { SomeIpIntegerBitWidth = 32 }");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre(
+          HasSubstr("warning: SomeIpEnumWidth is 0; expected 1, 2, 4 or 8 bytes, of which 2 is taken"),
+          HasSubstr("warning: Int16 has 16 bits, and not 32: it is read as a whole one")));
+  EXPECT_EQ(reading.model.at(only_value(reading).type).primitive, messages::Primitive::uint16);
+  EXPECT_EQ(only_value(reading).wire.bits, 9);
+  EXPECT_EQ(reading.model.services[0].fields.at(1).payload.values[0].wire.bits, 0);
+}
+
+TEST(ReadFidl, LeavesOutMulticastGroupsOfNoEvents) {
+  const Reading reading =
+      deployed("", "", v2,
+               std::string{spec} +
+                   "provider as P { instance a.b.I { InstanceId = \"x\" SomeIpInstanceID = 1 "
+                   "SomeIpMulticastAddresses = { \"224.1.2.3\" } SomeIpMulticastPorts = { 30500 } } }");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading), ElementsAre(HasSubstr("warning: no SomeIpMulticastEventGroups tells")));
+  EXPECT_THAT(reading.model.instances.at(0).multicast, IsEmpty());
+}
+
+TEST(ReadFidl, TellsMembersApartThatDifferInTheirArgumentsAlone) {
+  const Reading reading = deployed(
+      "method open { } method open { in { UInt8 speed } } broadcast moved { out { UInt8 x } } broadcast "
+      "moved { }",
+      "");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading), ElementsAre(HasSubstr("this one is called open:overload2"),
+                                         HasSubstr("this one is called moved:overload2")));
+  const Service& service = reading.model.services.at(0);
+  EXPECT_EQ(service.methods.at(0).selector, "");
+  EXPECT_EQ(service.methods.at(1).selector, "overload2");
+  EXPECT_EQ(service.events.at(1).selector, "overload2");
+  EXPECT_THAT(told(deployed("method open { in { UInt8 a } } method open { in { UInt8 b } }", "")),
+              ElementsAre(HasSubstr("error: 'I' has the method 'open' twice")));
+}
+
 TEST(ReadFidl, TakesPolymorphicStructsButTellsThatNothingCarriesThem) {
   const Reading reading = deployed(
       "struct P polymorphic { } struct Q extends P { UInt8 x } attribute Q[] q attribute UInt8 n", "");
@@ -458,7 +554,6 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
               ElementsAre(HasSubstr("has the attribute 'a' twice")));
   EXPECT_THAT(problems("struct S { UInt8 a } struct S { UInt8 b }", ""),
               ElementsAre(HasSubstr("'a.b.I.S' is declared twice, first in I.fidl:4")));
-  EXPECT_THAT(problems("attribute undefined a", ""), ElementsAre(HasSubstr("has no form in a message")));
   EXPECT_THAT(problems("enumeration E { A = B B = A }", ""),
               ::testing::Contains(HasSubstr("cannot be computed")));
 }
@@ -469,8 +564,19 @@ TEST(ReadFidl, TellsAllErrorsOfAFileAtOnce) {
 }
 
 TEST(ReadFidl, TellsOfImportsThatAreMissingOrGoRound) {
-  EXPECT_THAT(told(read({{"x/I.fidl", "package p import model \"../y/J.fidl\""}}, {"x/I.fidl"})),
-              ElementsAre("x/I.fidl:1:11: error: 'y/J.fidl' cannot be read: there is no such file"));
+  const std::string import = "package p import model \"../y/J.fidl\"";
+  const Reading reading = read({{"x/I.fidl", import}}, {"x/I.fidl"});
+  EXPECT_TRUE(reading.ok()) << "nothing needs it";
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("x/I.fidl:1:11: warning: 'y/J.fidl' cannot be read: there is no "
+                                    "such file")));
+  EXPECT_THAT(
+      told(read({{"x/I.fidl", import + " interface I { version { major 1 minor 0 } attribute J.T a }"}},
+                {"x/I.fidl"})),
+      ElementsAre(HasSubstr("warning: 'y/J.fidl' cannot be read"), HasSubstr("error: the type 'J.T'")));
+  // What a deployment misses would be other bytes.
+  EXPECT_THAT(told(read({{"I.fdepl", std::string{v2} + "import \"J.fdepl\""}}, {"I.fdepl"})),
+              ElementsAre("I.fdepl:2:1: error: 'J.fdepl' cannot be read: there is no such file"));
   EXPECT_THAT(told(read({{"A.fidl", "package p import model \"B.fidl\""},
                          {"B.fidl", "package p import model \"A.fidl\""}},
                         {"A.fidl"})),

@@ -402,6 +402,34 @@ TEST(WriteFidl, RenamesWordsOfFidlAndCppAndKeepsTheNames) {
   expect_round_trip(with_names(), "names");
 }
 
+TEST(WriteFidl, WritesUndefinedAsItIs) {
+  const SourceText source{"I.fidl",
+                          "package p interface I { version { major 1 minor 0 } typedef Any is undefined "
+                          "struct S { UInt8 n undefined rest } attribute S s }"};
+  const Reading reading = read_fidl({&source, 1});
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  const Written written = write_fidl(reading.model);
+  EXPECT_THAT(all_text(written), HasSubstr("typedef Any is undefined"));
+  EXPECT_THAT(all_text(written), HasSubstr("undefined rest"));
+  const Reading again = read_back(written);
+  ASSERT_TRUE(again.ok()) << all_problems(again) << all_text(written);
+  EXPECT_EQ(canonical(again.model), canonical(reading.model));
+}
+
+TEST(WriteFidl, TellsOfIdsThatAreNotThoseOfTheBase) {
+  Model model;
+  Service base{.name = "Base", .scope = "p", .id = someip::ServiceId{1}};
+  base.methods = {{.name = "open", .id = someip::MethodId{1}}, {.name = "shut", .id = someip::MethodId{2}}};
+  Service heir = base;
+  heir.name = "Heir";
+  heir.base = "p.Base";
+  heir.methods[1].id = someip::MethodId{3};
+  model.services = {base, heir};
+  EXPECT_THAT(
+      lost(write_fidl(model)),
+      ::testing::ElementsAre("p.Heir.shut: other ids than in the interface that it is inherited from"));
+}
+
 TEST(WriteFidl, DeploysNoAttributeThatItDoesNotWrite) {
   Model model;
   Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
