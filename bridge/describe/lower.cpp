@@ -45,33 +45,33 @@ class Lowering {
   void service(std::size_t index) {
     const Service& service = model_.services[index];
     const std::string source = full_name(service.scope, service.name);
-    const std::string package = types_.package_of(service.scope);
-    const auto name = [&](const char* kind, const std::string& member) {
-      return types_.fit(package + kind + ros_type_name(service.name) + ros_type_name(member),
-                        source + "." + member);
+    const std::string package = types_.package_of(service.scope, service.place);
+    const auto name = [&](const char* kind, const auto& member) {
+      return types_.fit(package + kind + ros_type_name(service.name) + ros_type_name(member.name),
+                        source + "." + member.name, member.place);
     };
     for (std::size_t i = 0; i < service.events.size(); ++i) {
       const Event& event = service.events[i];
-      value({LoweredMember::Kind::event, index, i}, event.payload, name("/msg/", event.name),
-            source + "." + event.name, event.notes);
+      value({LoweredMember::Kind::event, index, i}, event.payload, name("/msg/", event),
+            source + "." + event.name, event.notes, event.place);
     }
     for (std::size_t i = 0; i < service.methods.size(); ++i) {
-      method({LoweredMember::Kind::method, index, i}, service.methods[i],
-             name("/srv/", service.methods[i].name), source + "." + service.methods[i].name);
+      method({LoweredMember::Kind::method, index, i}, service.methods[i], name("/srv/", service.methods[i]),
+             source + "." + service.methods[i].name);
     }
     for (std::size_t i = 0; i < service.fields.size(); ++i) {
       const Field& field = service.fields[i];
-      value({LoweredMember::Kind::field, index, i}, field.payload, name("/msg/", field.name),
-            source + "." + field.name, field.notes);
+      value({LoweredMember::Kind::field, index, i}, field.payload, name("/msg/", field),
+            source + "." + field.name, field.notes, field.place);
     }
   }
 
   /// Of an event or a field.
   void value(LoweredMember member, const Payload& payload, const std::string& name, const std::string& source,
-             const Notes& notes) {
-    check(payload, source);
+             const Notes& notes, Place place) {
+    check(payload, source, place);
     if (!payload.known) {
-      types_.complain(source, "what it carries is not known");
+      types_.complain(source, "what it carries is not known", place);
       return;
     }
     auto root = single_structure(payload.values);
@@ -81,7 +81,7 @@ class Lowering {
       root = own(payload.values, name, source);
     }
     if (!root) {
-      types_.complain(source, "no message could be made of what it carries");
+      types_.complain(source, "no message could be made of what it carries", place);
       return;
     }
     member.type = types_.shapes()[root->first].definition.name;
@@ -91,8 +91,8 @@ class Lowering {
   }
 
   void method(LoweredMember member, const Method& method, std::string name, const std::string& source) {
-    check(method.request, source);
-    check(method.response, source);
+    check(method.request, source, method.place);
+    check(method.response, source, method.place);
     if (!method.request.known || (!method.response.known && !method.fire_and_forget)) {
       types_.complain(source, "what it carries is not known", method.place);
       return;
@@ -146,9 +146,9 @@ class Lowering {
     result_.members.push_back(std::move(member));
   }
 
-  void check(const Payload& payload, const std::string& source) {
+  void check(const Payload& payload, const std::string& source, Place place) {
     if (payload.crc_bytes != 0) {
-      types_.complain(source, fmt::format("a CRC of {} bytes in the payload", payload.crc_bytes));
+      types_.complain(source, fmt::format("a CRC of {} bytes in the payload", payload.crc_bytes), place);
     }
   }
 

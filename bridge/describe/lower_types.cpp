@@ -73,6 +73,17 @@ std::string number_text(std::int64_t value, Primitive type) {
                                    : fmt::format("{}", value);
 }
 
+/// Whether an enumerator can be a constant of that type.
+bool has_room(Primitive type, std::int64_t value) {
+  const int bits = static_cast<int>(messages::width(type)) * 8;
+  if (bits == 64) {
+    return true;
+  }
+  const bool is_signed = type == Primitive::int8 || type == Primitive::int16 || type == Primitive::int32;
+  const std::int64_t most = (std::int64_t{1} << (is_signed ? bits - 1 : bits)) - 1;
+  return value <= most && value >= (is_signed ? -most - 1 : 0);
+}
+
 /// All that same_fields() compares, and the form.
 std::string fields_text(const Shape& shape) {
   std::string text = fmt::format("{}", static_cast<int>(shape.form));
@@ -123,23 +134,25 @@ void TypeLowering::complain(std::string element, std::string what, Place place) 
   into_.not_carried.push_back({std::move(element), std::move(what), place});
 }
 
-std::string TypeLowering::package_of(const std::string& scope) {
+std::string TypeLowering::package_of(const std::string& scope, Place place) {
   if (!options_.package.empty()) {
     return options_.package;
   }
   const std::string package = ros_package_name(scope);
   const std::string fitting = short_name(package, 'h');
   if (fitting != package && shortened_.insert(package).second) {
-    complain(scope, fmt::format("the whole name of its package, which is too long for a file: {}", fitting));
+    complain(scope, fmt::format("the whole name of its package, which is too long for a file: {}", fitting),
+             place);
   }
   return package.empty() ? options_.package_without_scope : fitting;
 }
 
-std::string TypeLowering::fit(const std::string& name, const std::string& source) {
+std::string TypeLowering::fit(const std::string& name, const std::string& source, Place place) {
   const std::size_t type = name.rfind('/') + 1;
   const std::string fitting = name.substr(0, type) + short_name(name.substr(type), 'H');
   if (fitting != name && shortened_.insert(name).second) {
-    complain(source, fmt::format("its whole name, which is too long for a file: {}", fitting.substr(type)));
+    complain(source, fmt::format("its whole name, which is too long for a file: {}", fitting.substr(type)),
+             place);
   }
   return fitting;
 }
@@ -161,9 +174,10 @@ std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
     --depth_;
     complain(source, fmt::format("types nested deeper than {}", messages::max_type_depth), type.place);
   } else {
-    const std::string name = !type.ros_name.empty()
-                                 ? type.ros_name
-                                 : fit(package_of(type.scope) + "/msg/" + ros_type_name(type.name), source);
+    const std::string name =
+        !type.ros_name.empty() ? type.ros_name
+                               : fit(package_of(type.scope, type.place) + "/msg/" + ros_type_name(type.name),
+                                     source, type.place);
     result = structure(type, {name, source});
     --depth_;
   }
@@ -559,9 +573,10 @@ std::optional<std::size_t> TypeLowering::new_entry(const Type& map, const Owner&
     complain(owner.source, "maps of maps without end", map.place);
     return std::nullopt;
   }
-  const std::string base = map.name.empty() ? package_part(owner.name) + "/msg/" +
-                                                  ros_type_name(type_part(owner.name) + "_" + name)
-                                            : package_of(map.scope) + "/msg/" + ros_type_name(map.name);
+  const std::string base =
+      map.name.empty()
+          ? package_part(owner.name) + "/msg/" + ros_type_name(type_part(owner.name) + "_" + name)
+          : package_of(map.scope, map.place) + "/msg/" + ros_type_name(map.name);
   Shape shape;
   shape.source = map.name.empty() ? owner.source + "." + name : full_name(map.scope, map.name);
   // One that was read from a ROS type stays that type.
@@ -703,6 +718,15 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
   }
   NewNames names;
   for (const Enumerator& one : all) {
+    if (!has_room(type->primitive, one.value)) {
+      if (enumerators_told_.insert({type, one.name}).second) {
+        complain((type->name.empty() ? shape.source + "." + value.name : full_name(type->scope, type->name)) +
+                     "." + one.name,
+                 fmt::format("its value {}, which {} has no room for", one.value, to_string(type->primitive)),
+                 one.place);
+      }
+      continue;
+    }
     messages::Constant constant{.name = prefix + ros_constant_name(one.name),
                                 .type = type->primitive,
                                 .value = number_text(one.value, type->primitive)};

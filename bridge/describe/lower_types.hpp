@@ -60,9 +60,9 @@ class TypeLowering {
                                       const std::string& source, bool begins_with_error = false);
 
   [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
-  [[nodiscard]] std::string package_of(const std::string& scope);
+  [[nodiscard]] std::string package_of(const std::string& scope, Place place = {});
   /// "pkg/msg/Name", whose last part is made short enough for a file; where it is not, that is told.
-  [[nodiscard]] std::string fit(const std::string& name, const std::string& source);
+  [[nodiscard]] std::string fit(const std::string& name, const std::string& source, Place place = {});
   void complain(std::string element, std::string what, Place place = {});
   /// Puts the values of scopes that belong to no ROS type into messages with nothing else.
   void add_constants();
@@ -101,6 +101,7 @@ class TypeLowering {
   std::vector<Shape> shapes_;
   std::map<const Type*, std::shared_ptr<const messages::Enumerators>> enumerators_;
   std::set<const Type*> enumerations_told_;  ///< whose new names were told
+  std::set<std::pair<const Type*, std::string>> enumerators_told_;
   std::map<TypeIndex, std::optional<std::size_t>> known_;
   std::set<TypeIndex> open_;                                 ///< types whose shapes are being made
   std::map<std::string, std::size_t, std::less<>> defined_;  ///< by name: the shape with its definition

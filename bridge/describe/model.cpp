@@ -79,6 +79,20 @@ std::string label_of(const Instance& instance) {
   return instance.id ? fmt::format("{} 0x{:04x}", label, someip::value(*instance.id)) : label;
 }
 
+std::map<TypeIndex, std::string> names_of_errors(const Model& model) {
+  std::map<TypeIndex, std::string> names;
+  for (const Service& service : model.services) {
+    for (const Method& method : service.methods) {
+      if (static_cast<std::size_t>(method.error) < model.types.size() &&
+          model.at(method.error).name.empty()) {
+        names.emplace(method.error,
+                      fmt::format("{}.{}.error", full_name(service.scope, service.name), method.name));
+      }
+    }
+  }
+  return names;
+}
+
 bool is_of(const Instance& instance, const Service& service) {
   return instance.service.empty() ? instance.service_id && instance.service_id == service.id
                                   : instance.service == full_name(service.scope, service.name);

@@ -390,6 +390,10 @@ struct Model {
 /// What to call an instance in a message: its name, or "car.Door 0x0001".
 [[nodiscard]] std::string label_of(const Instance& instance);
 
+/// Enumerations without a name that methods have as their errors: "car.Door.open.error", what to call them in
+/// a message.
+[[nodiscard]] std::map<TypeIndex, std::string> names_of_errors(const Model& model);
+
 /// How many types may be in each other, and extend each other. join() refuses models with more; until then,
 /// the functions below look no further.
 inline constexpr std::size_t max_type_nesting = 200;

@@ -647,6 +647,33 @@ TEST(Lower, ShortensThePackageOfALongScope) {
   EXPECT_EQ(lowered.not_carried[0].element, model.services[0].scope);
 }
 
+TEST(Lower, LeavesOutEnumeratorsThatHaveNoRoom) {
+  Model model;
+  const TypeIndex level = model.add({.kind = Kind::enumeration,
+                                     .name = "Level",
+                                     .scope = "org.test",
+                                     .primitive = Primitive::int8,
+                                     .enumerators = {{"low", -128}, {"high", 128, {}, {.mark = {4, 2}}}}});
+  event(model, {value(model, "level", level)});
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 1U);
+  EXPECT_THAT(text_of(lowered, lowered.members[0].type), HasSubstr("int8 LEVEL_LOW=-128\n"));
+  EXPECT_THAT(lines_of(lowered.not_carried),
+              testing::ElementsAre("org.test.Level.high: its value 128, which int8 has no room for"));
+  EXPECT_EQ(lowered.not_carried[0].place.mark.line, 4);
+}
+
+TEST(Lower, TellsWhereAnEventStandsThatItCannotCarry) {
+  Model model;
+  event(model, {});
+  model.services[0].events[0].payload.known = false;
+  model.services[0].events[0].place = {.mark = {5, 7}};
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.not_carried.size(), 1U);
+  EXPECT_EQ(lowered.not_carried[0].what, "what it carries is not known");
+  EXPECT_EQ(lowered.not_carried[0].place.mark.line, 5);
+}
+
 TEST(Raise, KeepsServices) {
   messages::TypeLibrary library;
   Model model;

@@ -190,7 +190,8 @@ TEST(NotesInMsgFiles, ThatHaveNoPlaceAreTold) {
           "<** @description : D4 **> struct S { <** @description : D5 @see : A2 **> E e }\n"
           "<** @description : D6 **> broadcast moved { out { Speed speed } }\n"
           "broadcast ranged { out { Integer(0, 100) percent } }\n"
-          "<** @description : D7 **> broadcast same { out { <** @description : D8 **> S s } }\n")
+          "<** @description : D7 **> broadcast same { out { <** @description : D8 **> S s } }\n"
+          "method open { error { <** @see : A3 **> JAMMED } }\n")
           .model;
   std::vector<std::string> lost;
   for (const NotCarried& one : write_msg(model, lower(model)).not_carried) {
@@ -198,6 +199,7 @@ TEST(NotesInMsgFiles, ThatHaveNoPlaceAreTold) {
   }
   EXPECT_THAT(lost, ElementsAre("car.Door.Speed: its description", "car.Door.E: its description",
                                 "car.Door.E: its annotation: @author", "car.Door.S.e: its annotation: @see",
+                                "car.Door.open.error.JAMMED: its annotation: @see",
                                 "car.Door.ranged.percent: its least and greatest value",
                                 "car.Door.same: its description", "car.Door.same.s: its description"));
 }

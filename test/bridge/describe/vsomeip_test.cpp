@@ -199,6 +199,35 @@ TEST(ReadVsomeip, TakesTemplatesWithAWarning) {
   EXPECT_THAT(reading.model.services, SizeIs(1));
 }
 
+TEST(ReadVsomeip, KnowsPlaceholdersFromMistypedAddresses) {
+  for (const char* placeholder :
+       {"XXX.XXX.XXX.XXX", "__HOST_IP__", "UNICAST_PLACEHOLDER", "${IP}", "<address>"}) {
+    EXPECT_TRUE(read_one(std::string{"{\"unicast\": \""} + placeholder + "\"}").ok()) << placeholder;
+  }
+  for (const char* mistyped : {"192.1680.0.1", "192.168.0", "fd00::12345", ""}) {
+    EXPECT_FALSE(read_one(std::string{"{\"unicast\": \""} + mistyped + "\"}").ok()) << mistyped;
+  }
+}
+
+TEST(ReadVsomeip, TakesATtlOf32BitsForOneThatNeverEnds) {
+  const Reading reading = read_one(R"({"service-discovery": {"ttl": "0xffffffff"},
+    "services": [{"service": 1, "instance": 1}]})");
+  EXPECT_THAT(told(reading),
+              ElementsAre(HasSubstr("warning: an entry has 24 bits for its ttl: 0xffffff is taken")));
+  ASSERT_TRUE(reading.model.instances.at(0).timing);
+  EXPECT_EQ(reading.model.instances[0].timing->ttl_s, 0xff'ffffU);
+}
+
+TEST(ReadVsomeip, LeavesOutAnEventgroupWithoutId) {
+  const Reading reading = read_one(R"({"services": [{"service": 1, "instance": 1,
+    "eventgroups": [{"event": "0x8001", "is_field": "true"}, {"eventgroup": 5, "events": ["0x8001"]}]}]})");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ::testing::Contains(HasSubstr(
+                  "warning: expected an \"eventgroup\" with its id; without it, vsomeip leaves this out")));
+  EXPECT_THAT(reading.model.services.at(0).eventgroups, SizeIs(1));
+}
+
 TEST(ReadVsomeip, TakesLocalhostWithAWarning) {
   const Reading reading =
       read_one(R"({"unicast": "localhost", "services": [{"service": 1, "instance": 1}]})");

@@ -337,7 +337,14 @@ void Adaptive::read_deployment(const Node& deployment, Parts& parts, bool with_i
   Service& service = parts.service;
   if (const auto id = number_in(deployment.child("SERVICE-INTERFACE-ID"_tag), 0, 0xffff, problems_)) {
     service.id = static_cast<someip::ServiceId>(*id);
-    if (!someip::names_a_service(*service.id)) {
+    if (*id == 0) {
+      // Other tools' files have it where nobody has chosen one yet.
+      problems_.warning(
+          deployment.child("SERVICE-INTERFACE-ID"_tag)->place(),
+          "SERVICE-INTERFACE-ID 0 is reserved: it counts as not given, and one is chosen where it is "
+          "needed");
+      service.id.reset();
+    } else if (!someip::names_a_service(*service.id)) {
       problems_.error(deployment.child("SERVICE-INTERFACE-ID"_tag)->place(),
                       "the id " + hex(*id) + " cannot be one of a service");
     }

@@ -145,6 +145,7 @@ class Handlers {
     XML_SetElementHandler(parser, &start, &end);
     XML_SetCharacterDataHandler(parser, &characters);
     XML_SetStartDoctypeDeclHandler(parser, &doctype);
+    XML_SetUnknownEncodingHandler(parser, &other_encoding, nullptr);
   }
 
   [[nodiscard]] Place here() const noexcept {
@@ -194,6 +195,30 @@ class Handlers {
   static void XMLCALL end(void* self, const XML_Char* /*name*/) { static_cast<Handlers*>(self)->on_end(); }
   static void XMLCALL characters(void* self, const XML_Char* text, int size) {
     static_cast<Handlers*>(self)->on_text({text, static_cast<std::size_t>(size)});
+  }
+  /// Other spellings of encodings that expat knows, and Windows' of western languages.
+  static int XMLCALL other_encoding(void* /*self*/, const XML_Char* name, XML_Encoding* encoding) {
+    // Of Windows-1252 what ISO 8859-1 has controls for; -1: nothing.
+    static constexpr std::array<int, 32> windows{
+        0x20ac, -1,     0x201a, 0x0192, 0x201e, 0x2026, 0x2020, 0x2021, 0x02c6, 0x2030, 0x0160,
+        0x2039, 0x0152, -1,     0x017d, -1,     -1,     0x2018, 0x2019, 0x201c, 0x201d, 0x2022,
+        0x2013, 0x2014, 0x02dc, 0x2122, 0x0161, 0x203a, 0x0153, -1,     0x017e, 0x0178};
+    const std::string known = lower(name);
+    const bool is_ascii = known == "ascii";
+    const bool is_windows = known == "windows-1252" || known == "cp1252";
+    if (!is_ascii && !is_windows && known != "latin1" && known != "latin-1" && known != "iso8859-1") {
+      return XML_STATUS_ERROR;
+    }
+    for (int byte = 0; byte < 256; ++byte) {
+      encoding->map[byte] = byte < 128 || !is_ascii ? byte : -1;
+    }
+    if (is_windows) {
+      std::ranges::copy(windows, &encoding->map[0x80]);
+    }
+    encoding->data = nullptr;
+    encoding->convert = nullptr;
+    encoding->release = nullptr;
+    return XML_STATUS_OK;
   }
   static void XMLCALL doctype(void* self, const XML_Char* /*name*/, const XML_Char* /*system*/,
                               const XML_Char* /*public_id*/, int /*internal*/) {

@@ -53,6 +53,46 @@ std::optional<Primitive> standard_primitive(std::string_view name) {
   return found == standard_types.end() ? std::nullopt : std::optional{found->primitive};
 }
 
+bool is_standard(std::string_view path) {
+  const std::string_view name = last_name(path);
+  const std::string simple = plain(name);
+  if (standard_primitive(name) || is_standard_string(simple) || is_standard_bytes(simple) ||
+      simple == "byte") {
+    return true;
+  }
+  const std::optional<StandardArray> array = standard_array(path);
+  return array && is_standard(array->element);
+}
+
+bool is_standard_string(std::string_view simple) noexcept {
+  return simple == "string" || simple == "utf-8" || simple == "utf-16";
+}
+
+bool is_standard_bytes(std::string_view simple) noexcept {
+  return simple == "bytebuffer" || simple == "bytearray" || simple == "bytevectortype";
+}
+
+std::optional<StandardArray> standard_array(std::string_view path) {
+  constexpr std::string_view vector = "vector";
+  constexpr std::string_view array = "array";
+  const std::string lower = plain(path);
+  if (lower.size() != path.size() || lower.find("stdtypes/") == std::string::npos) {
+    return std::nullopt;
+  }
+  if (lower.ends_with(vector)) {
+    return StandardArray{std::string{path.substr(0, path.size() - vector.size())}};
+  }
+  const std::size_t digits = lower.find_last_not_of("0123456789") + 1;
+  const std::string_view stem = std::string_view{lower}.substr(0, digits);
+  constexpr std::size_t most_digits = 6;
+  if (!stem.ends_with(array) || digits == lower.size() || lower.size() - digits > most_digits) {
+    return std::nullopt;
+  }
+  const auto elements = integer(path.substr(digits));
+  return StandardArray{std::string{path.substr(0, digits - array.size())},
+                       static_cast<std::uint32_t>(elements.value_or(0))};
+}
+
 std::string_view last_name(std::string_view path) noexcept {
   return path.substr(path.rfind('/') + 1);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "bridge/describe/read/arxml/missing_types.hpp"
 #include "bridge/describe/read/arxml/type_facts.hpp"
 #include "bridge/describe/read/arxml/values.hpp"
 
@@ -186,6 +187,7 @@ std::optional<std::vector<Value>> Types::arguments(const Node& prototype, const 
 
 void Types::read_all() {
   const Context none;
+  MissingTypes missing_types{tree_};
   std::set<const Node*> implementations;
   for (const auto& [application, implementation] : implementations_) {
     implementations.insert(implementation);
@@ -204,6 +206,14 @@ void Types::read_all() {
       if (!is_application(*node) && implementations.contains(node)) {
         continue;  // how an application type is implemented
       }
+      if (const Node* const missing = missing_types.in(*node); missing != nullptr) {
+        problems_.warning_once(
+            "missing " + std::string{missing->text}, missing->place(),
+            "the type " + std::string{missing->text} +
+                " is in none of the files; no service needs it, and what consists of it is left "
+                "out");
+        continue;
+      }
       std::vector<const Node*> trail;
       (void)build(*node, Frame{.context = &none, .trail = &trail});
     }
@@ -220,40 +230,31 @@ Value Types::by_reference(const Node& holder, const Node* reference, const Frame
   if (const Node* const type = tree_.resolve(*reference); type != nullptr) {
     return build(*type, frame);
   }
-  bool known = false;
-  Value value = standard(reference->text, frame, known);
-  if (!known) {
+  if (!is_standard(reference->text)) {
     problems_.error(reference->place(), "the type " + std::string{reference->text} +
                                             " is in none of the files: read the file that has it as well");
   }
-  return value;
+  return standard(reference->text, frame);
 }
 
-Value Types::standard(std::string_view path, const Frame& frame, bool& known) {
-  known = true;
+/// uint8 of what no file has.
+Value Types::standard(std::string_view path, const Frame& frame) {
   const std::string_view name = last_name(path);
   if (const auto found = standard_primitive(name)) {
     return primitive(*found, frame);
   }
   const std::string simple = plain(name);
-  if (simple == "string" || simple == "utf-8" || simple == "utf-16") {
+  if (is_standard_string(simple)) {
     return unnamed({.kind = Kind::string}, frame);
   }
-  if (simple == "bytebuffer" || simple == "bytearray" || simple == "bytevectortype") {
+  if (is_standard_bytes(simple)) {
     return unnamed({.kind = Kind::bytes}, frame);
   }
-  if (simple == "byte") {
-    return primitive(Primitive::uint8, frame);
+  if (const std::optional<StandardArray> array = standard_array(path)) {
+    Type type{.kind = Kind::array, .max_size = array->elements, .fixed_size = array->elements > 0};
+    type.element = standard(array->element, frame);
+    return unnamed(std::move(type), frame);
   }
-  // franca_ara_tools has a vector of each basic type: /ara/stdtypes/UInt8Vector.
-  if (simple.ends_with("vector") && plain(path).find("stdtypes/") != std::string::npos) {
-    Type array{.kind = Kind::array};
-    array.element = standard(std::string{path.substr(0, path.size() - 6)}, frame, known);
-    if (known) {
-      return unnamed(std::move(array), frame);
-    }
-  }
-  known = false;
   return primitive(Primitive::uint8, frame);
 }
 

@@ -38,7 +38,7 @@ class Types {
   using Key = std::tuple<const Node*, const Node*, std::uint64_t, std::uint64_t, std::size_t>;
 
   [[nodiscard]] Value by_reference(const Node& holder, const Node* reference, const Frame& frame);
-  [[nodiscard]] Value standard(std::string_view path, const Frame& frame, bool& known);
+  [[nodiscard]] Value standard(std::string_view path, const Frame& frame);
   [[nodiscard]] Value build(const Node& node, const Frame& frame);
   [[nodiscard]] Value build_new(const Node& node, const Frame& frame);
   [[nodiscard]] Value build_implementation(const Node& node, const Frame& frame);

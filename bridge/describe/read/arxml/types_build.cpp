@@ -1,5 +1,7 @@
 // The kinds of data types, one after the other.
 #include <algorithm>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "bridge/describe/read/arxml/type_facts.hpp"
@@ -302,6 +304,32 @@ Value Types::member(const Node& element, const Frame& frame, const Node* impleme
   return value;
 }
 
+namespace {
+
+/// Files made by hand have two members of one name, which no other language allows.
+void tell_apart(std::vector<Value>& members, Problems& problems) {
+  std::set<std::string, std::less<>> names;
+  for (const Value& member : members) {
+    names.insert(member.name);
+  }
+  std::map<std::string, std::size_t, std::less<>> seen;  // and the number of the last one
+  for (Value& member : members) {
+    const auto [last, is_new] = seen.emplace(member.name, 1);
+    if (is_new) {
+      continue;
+    }
+    std::string name;
+    do {
+      name = member.name + "_" + std::to_string(++last->second);
+    } while (!names.insert(name).second);
+    problems.warning(member.place,
+                     "there is a member " + member.name + " before: this one is called " + name);
+    member.name = std::move(name);
+  }
+}
+
+}  // namespace
+
 Value Types::build_members(const Node& node, const Frame& frame, Kind kind) {
   Type type{.kind = kind};
   type.notes = notes_of(node);
@@ -334,6 +362,7 @@ Value Types::build_members(const Node& node, const Frame& frame, Kind kind) {
     }
     type.name = name;
   }
+  tell_apart(type.members, problems_);
   return named(node, std::move(type), frame);
 }
 
@@ -356,6 +385,7 @@ Value Types::build_application(const Node& node, const Frame& frame) {
       type.members.push_back(member(element, used, index < stored.size() ? stored[index] : nullptr));
       ++index;
     });
+    tell_apart(type.members, problems_);
     return named(node, std::move(type), frame);
   }
   if (node.tag == "APPLICATION-ARRAY-DATA-TYPE"_tag) {

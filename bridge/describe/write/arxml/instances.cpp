@@ -102,7 +102,9 @@ void Writer::write_instances() {
         xml.open("SOMEIP-PROVIDED-EVENT-GROUP");
         xml.leaf("SHORT-NAME", "group" + std::to_string(++index));
         xml.reference("EVENT-GROUP-REF", "SOMEIP-EVENT-GROUP", group);
-        xml.leaf("EVENT-MULTICAST-UDP-PORT", std::to_string(multicast.group.port));
+        if (multicast.group.port != 0) {
+          xml.leaf("EVENT-MULTICAST-UDP-PORT", std::to_string(multicast.group.port));
+        }
         xml.leaf(multicast.group.address.v6 ? "IPV-6-MULTICAST-IP-ADDRESS" : "IPV-4-MULTICAST-IP-ADDRESS",
                  full_text(multicast.group.address));
         xml.leaf("MULTICAST-THRESHOLD", std::to_string(multicast.threshold));

@@ -339,6 +339,14 @@ void Writer::write_members(Xml& xml, const std::vector<Value>& members, const st
   xml.close();
 }
 
+std::string Writer::label(const Type& type) const {
+  if (!type.name.empty()) {
+    return full_name(type.scope, type.name);
+  }
+  const auto error = error_names_.find(TypeIndex{static_cast<std::uint32_t>(&type - model_.types.data())});
+  return error == error_names_.end() ? std::string{to_string(type.kind)} : error->second;
+}
+
 void Writer::write_enumeration(const Type& type, const std::string& package, const std::string& name) {
   const std::string methods = std::string{own} + "/CompuMethods";
   const std::string method = packages_.unique(methods, name);
@@ -375,11 +383,10 @@ void Writer::write_enumeration(const Type& type, const std::string& package, con
   xml.close();
   packages_.add(package, name, xml.text());
   if (type.base != no_type) {
-    lost(full_name(type.scope, type.name), "that it extends another enumeration: the values are copied in",
-         type.place);
+    lost(label(type), "that it extends another enumeration: the values are copied in", type.place);
   }
   if (type.backing && *type.backing != type.primitive) {
-    lost(full_name(type.scope, type.name), "its backing type", type.place);
+    lost(label(type), "its backing type", type.place);
   }
 }
 
@@ -400,7 +407,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
     xml.reference("TEMPLATE-TYPE-REF", "STD-CPP-IMPLEMENTATION-DATA-TYPE", argument);
     xml.close();
   };
-  const std::string label = type.name.empty() ? name : full_name(type.scope, type.name);
+  const std::string called = type.name.empty() ? name : full_name(type.scope, type.name);
   switch (type.kind) {
     case Kind::primitive:
       notes(xml, type.notes, "VALUE");
@@ -457,7 +464,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       template_argument(element);
       xml.close();
       if (type.min_size > 0 && !(fixed && type.min_size == type.max_size)) {
-        lost(label, "its least number of elements", type.place);
+        lost(called, "its least number of elements", type.place);
       }
       break;
     }
@@ -488,13 +495,13 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
         xml.close();
       }
       if (type.base != no_type) {
-        lost(label, "that it extends another type: the members are copied in", type.place);
+        lost(called, "that it extends another type: the members are copied in", type.place);
       }
       if (!type.selectors.empty()) {
-        lost(label, "its selectors: AUTOSAR counts from 1", type.place);
+        lost(called, "its selectors: AUTOSAR counts from 1", type.place);
       }
       if (type.polymorphic) {
-        lost(label, "that it is polymorphic", type.place);
+        lost(called, "that it is polymorphic", type.place);
       }
       break;
     }

@@ -56,7 +56,7 @@ class Names {
 
 class Writer {
  public:
-  explicit Writer(const Model& model) : model_{model} {}
+  explicit Writer(const Model& model) : model_{model}, error_names_{names_of_errors(model)} {}
   [[nodiscard]] ArxmlFile write();
 
  private:
@@ -142,11 +142,14 @@ class Writer {
   [[nodiscard]] std::string timing_path(const sd::Timing& timing, bool server, const std::string& name);
 
   void notes(Xml& xml, const Notes& notes, std::string_view category = {});
+  /// What to call a type in a message.
+  [[nodiscard]] std::string label(const Type& type) const;
   void lost(std::string element, std::string what, Place place = {}) {
     file_.not_carried.push_back({std::move(element), std::move(what), place});
   }
 
   const Model& model_;
+  std::map<TypeIndex, std::string> error_names_;
   ArxmlFile file_{};
   Packages packages_{};
   std::vector<TypeIndex> representatives_{};                                 ///< of each type

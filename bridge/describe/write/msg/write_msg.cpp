@@ -99,9 +99,12 @@ class LostNotes {
 
   void run() {
     unused_types();
-    for (const Type& type : model_.types) {
+    const std::map<TypeIndex, std::string> errors = names_of_errors(model_);
+    for (std::size_t i = 0; i < model_.types.size(); ++i) {
+      const Type& type = model_.types[i];
       const bool is_message = type.kind == Kind::structure || type.kind == Kind::choice;
-      const std::string name = full_name(type.scope, type.name);
+      const auto error = errors.find(TypeIndex{static_cast<std::uint32_t>(i)});
+      const std::string name = error == errors.end() ? full_name(type.scope, type.name) : error->second;
       add(name, type.notes, is_message || type.name.empty(), type.place);
       if (!type.name.empty()) {
         limits(name, type, type.place);

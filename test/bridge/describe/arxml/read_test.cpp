@@ -525,6 +525,86 @@ TEST(ReadArxml, JoinsPackagesAndFollowsReferencesOverFiles) {
       HasSubstr("error: the type /P/Speed is in none of the files: read the file that has it as well"));
 }
 
+TEST(ReadArxml, LeavesOutUnusedTypesOfWhichAPartIsMissing) {
+  const auto reference = [](const char* name, const char* target) {
+    return "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>" + std::string{name} +
+           "</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS><IMPLEMENTATION-DATA-TYPE-ELEMENT>"
+           "<SHORT-NAME>part</SHORT-NAME><CATEGORY>TYPE_REFERENCE</CATEGORY>" +
+           props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">" + std::string{target} +
+                 "</IMPLEMENTATION-DATA-TYPE-REF>") +
+           "</IMPLEMENTATION-DATA-TYPE-ELEMENT></SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>";
+  };
+  const std::string types = reference("Whole", "/P/Half") + reference("Half", "/Elsewhere/Part") +
+                            reference("Good", "/AUTOSAR/uint8");
+  const Reading reading =
+      read_texts({arxml(types + service("<EVENTS>" + event("e", "/P/Good") + "</EVENTS>"))});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(problems_of(reading),
+              ContainsRegex("^[^\n]*warning: the type /Elsewhere/Part is in none of the files; no "
+                            "service needs it, and what consists of it is left out\n$"));
+  for (const Type& type : reading.model.types) {
+    EXPECT_TRUE(type.name != "Whole" && type.name != "Half") << type.name;
+  }
+  EXPECT_FALSE(read_texts({arxml(types + service("<EVENTS>" + event("e", "/P/Whole") + "</EVENTS>"))}).ok());
+}
+
+TEST(ReadArxml, KnowsArraysOfStandardTypesByTheirNames) {
+  const Reading reading =
+      read_texts({arxml(service("<EVENTS>" + event("e", "/ara/stdtypes/UInt16Array12") + "</EVENTS>"))});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  const Type& type =
+      resolved(reading.model, reading.model.services.at(0).events.at(0).payload.values.at(0).type);
+  EXPECT_EQ(type.kind, Kind::array);
+  EXPECT_EQ(type.max_size, 12U);
+  EXPECT_TRUE(type.fixed_size);
+  EXPECT_EQ(resolved(reading.model, type.element.type).primitive, messages::Primitive::uint16);
+  EXPECT_FALSE(
+      read_texts({arxml(service("<EVENTS>" + event("e", "/ara/stdtypes/PartArray12") + "</EVENTS>"))}).ok());
+}
+
+TEST(ReadArxml, TakesAServiceIdOfNothingForNone) {
+  const Reading reading = read_texts({arxml(
+      service("") +
+      "<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>D</SHORT-NAME><SERVICE-INTERFACE-REF DEST=\"X\">"
+      "/P/Door</SERVICE-INTERFACE-REF><SERVICE-INTERFACE-ID>0</SERVICE-INTERFACE-ID>"
+      "</SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>")});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(problems_of(reading), HasSubstr("warning: SERVICE-INTERFACE-ID 0 is reserved"));
+  EXPECT_FALSE(reading.model.services.at(0).id);
+}
+
+TEST(ReadArxml, CallsASecondMemberOfOneNameAnother) {
+  const std::string element =
+      "<CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT><SHORT-NAME>x</SHORT-NAME><TYPE-REFERENCE><TYPE-REFERENCE-REF "
+      "DEST=\"X\">/ara/stdtypes/uint8_t</TYPE-REFERENCE-REF></TYPE-REFERENCE></"
+      "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT>";
+  const Reading reading =
+      read_texts({arxml(service("<EVENTS>" + event("e", "/P/Pair") + "</EVENTS>") +
+                        "<STD-CPP-IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Pair</SHORT-NAME><CATEGORY>STRUCTURE</"
+                        "CATEGORY><SUB-ELEMENTS>" +
+                        element + element + element + "</SUB-ELEMENTS></STD-CPP-IMPLEMENTATION-DATA-TYPE>")});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(problems_of(reading), HasSubstr("warning: there is a member x before: this one is called x_2"));
+  const Type& type =
+      resolved(reading.model, reading.model.services.at(0).events.at(0).payload.values.at(0).type);
+  ASSERT_EQ(type.members.size(), 3U);
+  EXPECT_EQ(type.members[1].name, "x_2");
+  EXPECT_EQ(type.members[2].name, "x_3");
+}
+
+TEST(ReadArxml, KnowsEncodingsByOtherNames) {
+  const auto encoded = [](const std::string& encoding, const std::string& text) {
+    std::string file = arxml(service("<DESC><L-2 L=\"EN\">" + text + "</L-2></DESC>"));
+    file.replace(file.find("UTF-8"), 5, encoding);
+    return read_texts({file});
+  };
+  EXPECT_EQ(encoded("ASCII", "door").model.services.at(0).notes.description, "door");
+  EXPECT_FALSE(encoded("ASCII", "T\xfcr").ok());
+  EXPECT_EQ(encoded("latin1", "T\xfcr").model.services.at(0).notes.description, "T\u00fcr");
+  EXPECT_EQ(encoded("windows-1252", "T\xfcr \x80").model.services.at(0).notes.description, "T\u00fcr \u20ac");
+  EXPECT_THAT(problems_of(encoded("klingon", "door")), HasSubstr("unknown encoding"));
+}
+
 TEST(ReadArxml, LeavesOutASecondMemberOfOneName) {
   const std::string operation =
       "<CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME></CLIENT-SERVER-OPERATION>";

@@ -435,6 +435,31 @@ TEST(WriteArxml, ListsAWidthBeforeTaggedMembersThatIsNotTheFirst) {
   }
 }
 
+TEST(WriteArxml, CallsTheErrorOfAMethodByTheMethod) {
+  Model model;
+  const TypeIndex base =
+      model.add({.kind = Kind::enumeration, .name = "E", .scope = "car", .enumerators = {{"OK", 0}}});
+  const TypeIndex error = model.add(
+      {.kind = Kind::enumeration, .scope = "car.Door", .base = base, .enumerators = {{"JAMMED", 1}}});
+  model.services = {{.name = "Door", .scope = "car", .methods = {{.name = "open", .error = error}}}};
+  EXPECT_THAT(lines_of(write_arxml(model).not_carried),
+              Contains("car.Door.open.error: that it extends another enumeration: the values are copied in"));
+}
+
+TEST(WriteArxml, WritesGroupsWithoutAPort) {
+  Model model;
+  Service door{.name = "Door", .scope = "car", .id = someip::ServiceId{1}};
+  door.eventgroups = {{.name = "all", .id = someip::EventgroupId{7}}};
+  model.services = {door};
+  model.instances = {
+      {.service = "car.Door", .service_id = someip::ServiceId{1}, .id = someip::InstanceId{1}}};
+  model.instances[0].multicast = {
+      {.eventgroup = someip::EventgroupId{7}, .group = {IpAddress::v4(224, 1, 2, 3), 0}}};
+  const Reading again = read_texts({write_arxml(model).text});
+  EXPECT_THAT(problems_of(again), IsEmpty());
+  EXPECT_EQ(again.model.instances.at(0).multicast, model.instances[0].multicast);
+}
+
 TEST(WriteArxml, DeploysEachOfSeveralOverloads) {
   Model model;
   const TypeIndex u8 = model.add({.kind = Kind::primitive});
