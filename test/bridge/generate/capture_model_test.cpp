@@ -1,6 +1,7 @@
 #include "bridge/generate/capture_model.hpp"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -113,6 +114,21 @@ TEST(CaptureModel, LeavesOutWhatIsNoService) {
   ASSERT_THAT(reading.problems, SizeIs(1));
   EXPECT_THAT(to_string(reading.problems[0]),
               HasSubstr("left out: 1 messages of service 0x0000 or 0xffff, which are no services"));
+}
+
+/// As a recording that was killed leaves it.
+TEST(ReadCapture, TakesWhatACutCaptureHas) {
+  const std::filesystem::path cut =
+      std::filesystem::temp_directory_path() / ("cut" + std::to_string(::getpid()) + ".pcap");
+  std::filesystem::copy_file(capture("field_getter_setter_notifier.pcap"), cut,
+                             std::filesystem::copy_options::overwrite_existing);
+  std::filesystem::resize_file(cut, std::filesystem::file_size(cut) - 3);
+  const describe::Reading reading = read_capture(cut.string());
+  std::filesystem::remove(cut);
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(reading.model.services, SizeIs(1));
+  ASSERT_THAT(reading.problems, SizeIs(1));
+  EXPECT_THAT(to_string(reading.problems[0]), HasSubstr("warning: the capture cannot be read to its end"));
 }
 
 /// Other people's captures, which are not part of this project.

@@ -15,6 +15,16 @@
 namespace trestle::describe {
 namespace {
 
+/// "@IP@", "__HOST_IP__", "XXX.XXX.XXX.XXX": a template that a script fills in. A mistyped address has
+/// nothing but hexadecimal digits between its separators.
+bool is_placeholder(std::string_view text) {
+  return std::ranges::any_of(text, [](char c) {
+    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    const bool is_digit = (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+    return c == '@' || c == '$' || c == '_' || (is_letter && !is_digit);
+  });
+}
+
 /// "vsomeip-service" of "config/vsomeip-service.json.in".
 std::string_view stem(std::string_view file) {
   const std::size_t slash = file.find_last_of("/\\");
@@ -88,8 +98,7 @@ std::optional<IpAddress> VsomeipReader::address(const JsonNode* node, const std:
       warning(*node, "vsomeip accepts only addresses: 'localhost' is read as 127.0.0.1");
       return IpAddress::v4(127, 0, 0, 1);
     }
-    // A template that a script fills in: the rest of the file is worth reading.
-    if (node->text.find('@') != std::string::npos || node->text.find('$') != std::string::npos) {
+    if (is_placeholder(node->text)) {  // the rest of the file is worth reading
       warning(*node, what + " is still to be filled in: " + documents::quote(node->text));
       return std::nullopt;
     }
@@ -191,8 +200,12 @@ void VsomeipReader::discovery(const JsonNode& node) {
   if (const auto max = number(node.find("repetitions_max"), "repetitions_max", 0, 0xffff'ffff)) {
     timing.repetitions_max = static_cast<std::uint8_t>(std::min<std::uint64_t>(*max, 255));
   }
-  if (const auto ttl = number(node.find("ttl"), "ttl", 0, 0xff'ffff)) {
-    timing.ttl_s = *ttl == 0 ? vsomeip_timing.ttl_s : static_cast<std::uint32_t>(*ttl);
+  if (const auto ttl = number(node.find("ttl"), "ttl", 0, 0xffff'ffff)) {
+    constexpr std::uint64_t forever = 0xff'ffff;
+    if (*ttl > forever) {
+      warning(*node.find("ttl"), "an entry has 24 bits for its ttl: 0xffffff is taken, which is for ever");
+    }
+    timing.ttl_s = *ttl == 0 ? vsomeip_timing.ttl_s : static_cast<std::uint32_t>(std::min(*ttl, forever));
   }
 }
 

@@ -170,7 +170,7 @@ void VsomeipReader::eventgroup(const JsonNode& node, const std::optional<Endpoin
   const auto id = this->id<someip::EventgroupId>(node.find("eventgroup"), "an eventgroup id");
   if (!id) {
     if (node.find("eventgroup") == nullptr) {
-      error(node, "expected an \"eventgroup\" with its id");
+      warning(node, "expected an \"eventgroup\" with its id; without it, vsomeip leaves this out");
     }
     return;
   }
