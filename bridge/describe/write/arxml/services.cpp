@@ -13,6 +13,13 @@ namespace {
   return std::to_string(value);
 }
 
+/// A word as C++ has them, of which namespaces are made.
+[[nodiscard]] bool is_symbol(std::string_view text) {
+  return !text.empty() && (text.front() < '0' || text.front() > '9') && std::ranges::all_of(text, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+  });
+}
+
 }  // namespace
 
 std::string Names::take(const std::string& name) {
@@ -296,10 +303,19 @@ void Writer::write_service(const Service& service) {
   xml.open("SERVICE-INTERFACE");
   xml.leaf("SHORT-NAME", service_name);
   notes(xml, service.notes);
-  if (!service.namespaces.empty()) {
+  std::vector<std::string> spaces;
+  for (const std::string& space : service.namespaces) {
+    if (is_symbol(space)) {
+      spaces.push_back(space);
+    } else {
+      lost(full_name(service.scope, service.name), "its namespace: " + space + " is none for AUTOSAR",
+           service.place);
+    }
+  }
+  if (!spaces.empty()) {
     xml.open("NAMESPACES");
     std::size_t index = 0;
-    for (const std::string& space : service.namespaces) {
+    for (const std::string& space : spaces) {
       xml.open("SYMBOL-PROPS");
       xml.leaf("SHORT-NAME", "ns" + std::to_string(++index));
       xml.leaf("SYMBOL", space);

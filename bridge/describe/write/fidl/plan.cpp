@@ -173,6 +173,7 @@ Plan::Plan(const Model& model, std::vector<NotCarried>& lost) : model_{model}, l
   leave_out_empty_types();
   place_types();
   place_collections();
+  find_public_types();
 }
 
 std::vector<std::string> Plan::packages() const {
@@ -248,7 +249,11 @@ void Plan::place_services() {
                        service.place});
     }
     container.service = &service;
-    container.name = free_name(packages[container.package], usable(service.name, true));
+    std::string name = usable(service.name, true);
+    if (is_word(fdepl_keywords(), name)) {
+      name += '_';  // "a.Interface" has no place for ^
+    }
+    container.name = free_name(packages[container.package], name);
     services_.emplace(full_name(service.scope, service.name), containers_.size());
     by_package_[container.package].push_back(containers_.size());
     packages_.insert(container.package);
@@ -313,6 +318,64 @@ void Plan::leave_out_empty_types() {
               {full_name(type.scope, type.name), "a type without content, and what is of it", type.place});
         }
         changed = true;
+      }
+    }
+  }
+}
+
+void Plan::find_public_types() {
+  const auto inherits = [&](std::size_t heir, const Container& base) {
+    const Container* at = &containers_[heir];
+    for (std::size_t steps = 0; at != nullptr && at->service != nullptr && steps < max_type_nesting;
+         ++steps) {
+      if (at == &base) {
+        return true;
+      }
+      at = service(at->service->base);
+    }
+    return false;
+  };
+  const auto use = [&](std::size_t from, TypeIndex type) {
+    for (std::size_t steps = 0; type != no_type && steps < max_type_nesting; ++steps) {
+      if (const Declared* const found = declared(type)) {
+        const Container& there = containers_[found->container];
+        if (there.service != nullptr && !inherits(from, there)) {
+          public_.insert(root(type));
+        }
+        return;
+      }
+      const Type& it = model_.at(root(type));
+      type = it.kind == Kind::array ? it.element.type : no_type;
+    }
+  };
+  for (const auto& [index, where] : declared_) {
+    const Type& type = model_.at(index);
+    for (const TypeIndex other : {type.base, type.element.type, type.key.type}) {
+      use(where.container, other);
+    }
+    for (const Value& member : type.members) {
+      use(where.container, member.type);
+    }
+  }
+  for (std::size_t i = 0; i < containers_.size(); ++i) {
+    if (containers_[i].service == nullptr) {
+      continue;
+    }
+    const auto payload = [&](const Payload& one) {
+      std::ranges::for_each(one.values, [&](const Value& value) { use(i, value.type); });
+    };
+    for (const Field& field : containers_[i].service->fields) {
+      payload(field.payload);
+    }
+    for (const Event& event : containers_[i].service->events) {
+      payload(event.payload);
+    }
+    for (const Method& method : containers_[i].service->methods) {
+      payload(method.request);
+      payload(method.response);
+      use(i, method.error);
+      if (method.error != no_type) {
+        use(i, model_.at(method.error).base);
       }
     }
   }

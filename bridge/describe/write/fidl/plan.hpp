@@ -47,6 +47,8 @@ class Plan {
   [[nodiscard]] const Declared* declared(TypeIndex type) const;
   /// An array that is written T[].
   [[nodiscard]] bool is_inline(TypeIndex type) const;
+  /// A type of an interface that others use as well.
+  [[nodiscard]] bool is_public(TypeIndex type) const { return public_.contains(type); }
   /// Nothing can be written for it, as for a structure without members.
   [[nodiscard]] bool is_left_out(TypeIndex type) const { return left_out_.contains(root(type)); }
   /// FIDL has no attribute without a value.
@@ -62,6 +64,7 @@ class Plan {
   void place_services();
   void place_types();
   void place_collections();
+  void find_public_types();
   static std::string free_name(Container& container, const std::string& wanted);
   std::size_t container_for(const std::string& scope);
   void leave_out_empty_types();
@@ -76,6 +79,7 @@ class Plan {
   std::map<std::string, std::size_t, std::less<>> collections_;  ///< type collections by full name
   std::map<TypeIndex, Declared> declared_;
   std::set<TypeIndex> left_out_;
+  std::set<TypeIndex> public_;
   std::set<TypeIndex> own_errors_;
   std::set<std::string, std::less<>> packages_;
 };

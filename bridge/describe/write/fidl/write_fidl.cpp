@@ -322,33 +322,34 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
   const std::string extends = type.base == no_type || plan_.is_left_out(type.base)
                                   ? ""
                                   : " extends " + plan_.reference(type.base, in);
+  text += plan_.is_public(index) ? "    public " : "    ";
   switch (type.kind) {
     case Kind::array:
-      text += fmt::format("    array {} of {}\n", declared.name, plan_.reference(type.element.type, in));
+      text += fmt::format("array {} of {}\n", declared.name, plan_.reference(type.element.type, in));
       break;
     case Kind::structure:
     case Kind::choice:
-      text += fmt::format("    {} {}{}{} {{\n", type.kind == Kind::structure ? "struct" : "union",
-                          declared.name, extends, type.polymorphic ? " polymorphic" : "");
+      text += fmt::format("{} {}{}{} {{\n", type.kind == Kind::structure ? "struct" : "union", declared.name,
+                          extends, type.polymorphic ? " polymorphic" : "");
       values(text, in, type.members, "        ", full);
       text += "    }\n";
       break;
     case Kind::enumeration:
-      text += fmt::format("    enumeration {}{} {{\n", declared.name, extends);
+      text += fmt::format("enumeration {}{} {{\n", declared.name, extends);
       enumerators(text, type.enumerators, "        ", full);
       text += "    }\n";
       break;
     case Kind::map:
-      text += fmt::format("    map {} {{\n        {} to {}\n    }}\n", declared.name,
+      text += fmt::format("map {} {{\n        {} to {}\n    }}\n", declared.name,
                           plan_.reference(type.key.type, in), plan_.reference(type.element.type, in));
       break;
     case Kind::alias:
-      text += fmt::format("    typedef {} is {}\n", declared.name, plan_.reference(type.element.type, in));
+      text += fmt::format("typedef {} is {}\n", declared.name, plan_.reference(type.element.type, in));
       break;
     case Kind::primitive:
     case Kind::string:
     case Kind::bytes:
-      text += fmt::format("    typedef {} is {}\n", declared.name, basic_name(type));
+      text += fmt::format("typedef {} is {}\n", declared.name, basic_name(type));
       break;
   }
 }

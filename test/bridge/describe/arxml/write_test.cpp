@@ -446,6 +446,15 @@ TEST(WriteArxml, CallsTheErrorOfAMethodByTheMethod) {
               Contains("car.Door.open.error: that it extends another enumeration: the values are copied in"));
 }
 
+TEST(WriteArxml, ListsNamespacesThatAreNoWords) {
+  Model model;
+  model.services = {{.name = "Door", .scope = "/car", .namespaces = {"car", "2_5"}}};
+  const ArxmlFile file = write_arxml(model);
+  EXPECT_THAT(lines_of(file.not_carried), Contains("/car/Door: its namespace: 2_5 is none for AUTOSAR"));
+  EXPECT_THAT(file.text, HasSubstr("<SYMBOL>car</SYMBOL>"));
+  EXPECT_THAT(file.text, Not(HasSubstr("<SYMBOL>2_5")));
+}
+
 TEST(WriteArxml, WritesGroupsWithoutAPort) {
   Model model;
   Service door{.name = "Door", .scope = "car", .id = someip::ServiceId{1}};

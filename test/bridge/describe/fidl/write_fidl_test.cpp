@@ -402,6 +402,30 @@ TEST(WriteFidl, RenamesWordsOfFidlAndCppAndKeepsTheNames) {
   expect_round_trip(with_names(), "names");
 }
 
+/// Franca lets nobody else use a type of an interface that is not public.
+TEST(WriteFidl, MakesTypesPublicThatOtherInterfacesUse) {
+  const SourceText source{"I.fidl",
+                          "package p interface I { version { major 1 minor 0 } public struct S { Own o } "
+                          "struct Own { UInt8 n } typedef N is UInt8 } "
+                          "interface J { version { major 1 minor 0 } attribute I.S[] s } "
+                          "interface K extends I { version { major 1 minor 0 } attribute N n }"};
+  const Reading reading = read_fidl({&source, 1});
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  const std::string text = all_text(write_fidl(reading.model));
+  EXPECT_THAT(text, HasSubstr("    public struct S {"));
+  EXPECT_THAT(text, HasSubstr("    struct Own {"));
+  EXPECT_THAT(text, HasSubstr("    typedef N is UInt8"));
+  expect_round_trip(reading.model, "public");
+}
+
+TEST(WriteFidl, RenamesAnInterfaceThatIsAWordOfFdepl) {
+  const SourceText source{"I.fidl", "package p interface Interface { version { major 1 minor 0 } }"};
+  const Reading reading = read_fidl({&source, 1});
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  EXPECT_THAT(all_text(write_fidl(reading.model)), HasSubstr("for interface p.Interface_ {"));
+  expect_round_trip(reading.model, "word");
+}
+
 TEST(WriteFidl, WritesUndefinedAsItIs) {
   const SourceText source{"I.fidl",
                           "package p interface I { version { major 1 minor 0 } typedef Any is undefined "
