@@ -197,7 +197,7 @@ void PayloadOptions::add_to(CLI::App& command) {
           "--type", type_,
           calls ? "Type of the service, or message type of the payload: print and take values, not bytes"
                 : "Message type of the payload: print and take values, not bytes")
-      ->type_name(calls ? "PKG/SRV/TYPE or PKG/MSG/TYPE" : "PKG/MSG/TYPE");
+      ->type_name(calls ? "PKG/srv/TYPE or PKG/msg/TYPE" : "PKG/msg/TYPE");
   command
       .add_option("--msg-path", msg_path_,
                   "Folder with .msg packages, searched before AMENT_PREFIX_PATH (may be repeated)")

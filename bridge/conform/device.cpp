@@ -105,8 +105,10 @@ std::optional<std::string> Device::ended() {
   // A shell tells of a signal by 128 and its number.
   const int code = WIFEXITED(status_) ? WEXITSTATUS(status_) : 0;
   const int signal = WIFSIGNALED(status_) ? WTERMSIG(status_) : code > 128 ? code - 128 : 0;
-  return signal != 0 ? "was killed by signal " + std::to_string(signal)
-                     : "exited with status " + std::to_string(code);
+  // And by 127 that there is no such command, which is most often a mistake in the profile.
+  return signal != 0   ? "was killed by signal " + std::to_string(signal)
+         : code == 127 ? "exited with status 127 (no such command)"
+                       : "exited with status " + std::to_string(code);
 }
 
 void Device::end_process(bool at_once) {

@@ -94,7 +94,7 @@ int run_diff(const DiffArguments& arguments) {
     return cli::exit_ok;
   }
   if (arguments.before.empty() || arguments.after.empty()) {
-    throw CLI::RequiredError{"OLD and NEW"};
+    throw CLI::RequiredError{arguments.before.empty() ? "OLD" : "NEW"};
   }
   const describe::System old = read_one(arguments.before, arguments.readers);
   const describe::System now = read_one(arguments.after, arguments.readers);

@@ -1,6 +1,7 @@
 // bridge/program: the program `trestle`.
 //
-//   main.cpp  puts the commands of all rooms together: bridge/carry/commands, bridge/inspect, bridge/measure
+//   main.cpp  puts the commands of all rooms together: bridge/carry/commands, bridge/generate,
+//             bridge/conform/commands, bridge/inspect, bridge/measure
 //
 // What a wrong command line is answered with is here; everything else is in the room of the command.
 #include <unistd.h>
@@ -81,7 +82,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "'trestle COMMAND --help' explains a command and shows examples.\n"
-      "Exit status: 0 success, 1 failure, 2 wrong command line or configuration.");
+      "Exit status: 0 success, 1 failure, 2 wrong command line or configuration, 3 error as answer "
+      "(call).");
 
   int status = cli::exit_ok;
   carry::add_bridge_command(app, status);

@@ -130,7 +130,7 @@ void add_fuzz_command(CLI::App& app, int& status) {
   const auto arguments = std::make_shared<FuzzArguments>();
   arguments->folder = "fuzz-results";
   CLI::App* command =
-      app.add_subcommand("fuzz", "Send a SOME/IP device ever other messages, and watch what becomes of it");
+      app.add_subcommand("fuzz", "Send a SOME/IP device always new messages, and watch what becomes of it");
   add_device_options(*command, *arguments);
   cli::option(*command, "--seconds", arguments->seconds, "N", "For how long")->check(CLI::Range(0.1, 1e7));
   command

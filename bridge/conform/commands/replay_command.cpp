@@ -138,8 +138,8 @@ void add_replay_command(CLI::App& conform, int& status) {
       "Examples:\n"
       "  trestle conform replay drive.pcapng --host 192.168.1.10\n"
       "  trestle conform replay monday.pcap tuesday.pcap --out results\n"
-      "Exit status: 0 when no rule of the specification is broken, else 1. docs/conform.md says what can be "
-      "judged.");
+      "Exit status: 0 when no rule of the specification is broken, 1 when one is, 2 when a capture cannot be "
+      "read or\nthe command line is wrong. docs/conform.md says what can be judged.");
   one->callback([arguments, &status] { status = replay(*arguments); });
 }
 

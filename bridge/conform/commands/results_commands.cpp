@@ -60,7 +60,8 @@ void add_results_commands(CLI::App& conform, int& status) {
       "Examples:\n"
       "  trestle conform diff last-week/ conform-results/\n"
       "  trestle conform run --dut ecu.yaml --out new; trestle conform diff baseline.json new\n"
-      "Exit status: 1 when a case that was good is so no more, else 0.");
+      "Exit status: 0 when each case that was good still is, 1 when one is not, 2 when a run cannot be "
+      "read.");
   one->callback([arguments, &status] { status = diff(*arguments); });
 
   CLI::App* table = conform.add_subcommand(

@@ -248,7 +248,7 @@ void add_call_command(CLI::App& app, int& status) {
   command->footer(
       "Waits for the service, calls, and prints the payload of the answer. Getters and setters of fields\n"
       "are methods, too. PAYLOAD is text, @FILE or @- (standard input): hexadecimal, or values with\n"
-      "--type; without PAYLOAD the request is empty. With --type of a service, PKG/SRV/TYPE, they are its\n"
+      "--type; without PAYLOAD the request is empty. With --type of a service, PKG/srv/TYPE, they are its\n"
       "request and its response. Uses UDP or TCP, whichever is offered; if both are, TCP for requests that\n"
       "do not fit into a datagram.\n"
       "With --interfaces, SERVICE.METHOD is a name, and values have the names of the description. A field\n"
@@ -271,7 +271,7 @@ void add_call_command(CLI::App& app, int& status) {
       ->required();
   command->add_option("METHOD", options->method, "Its id or name; not where SERVICE names it");
   command->add_option("PAYLOAD", options->value, "Payload of the request");
-  cli::option(*command, "--answer-type", options->answer_type, "PKG/MSG/TYPE",
+  cli::option(*command, "--answer-type", options->answer_type, "PKG/msg/TYPE",
               "Message type of the answer, if not --type");
   options->major_option = cli::add_major(*command, options->major);
   cli::add_seconds(*command, "--timeout", options->timeout_s,

@@ -415,7 +415,7 @@ void add_offer_command(CLI::App& app, int& status) {
              "Field and its value; '-' in place of an id: it has none");
   repeatable("--eventgroup", options->eventgroups, "ID",
              "Eventgroup with the notifiers of all fields; the default is 1");
-  cli::option(*command, "--answer-type", options->answer_type, "PKG/MSG/TYPE",
+  cli::option(*command, "--answer-type", options->answer_type, "PKG/msg/TYPE",
               "Message type of what methods answer, if not --type");
   options->add_to(*command);
   command->callback([options, &status] {

@@ -150,7 +150,7 @@ class Conform(unittest.TestCase):
         profile = self.folder / "profile.yaml"
         profile.write_text(PROFILE.read_text().replace("{programs}/ets_device", "{programs}/no_such_device"))
         text = conform("run", "sd", "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
-        self.assertIn("the device exited with status 127 after its start", text)
+        self.assertIn("the device exited with status 127 (no such command) after its start", text)
         self.assertIn("was not there for 3 cases in a row", text)
         self.assertIn("3 inconclusive", text)
         # Nor do several: the others do not go on.

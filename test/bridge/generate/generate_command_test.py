@@ -472,6 +472,10 @@ class Generate(unittest.TestCase):
         self.assertEqual({change["rule"] for change in json.loads(output)}, {"enumerator-added"})
 
     def test_diff_lists_its_rules(self):
+        for arguments, missing in (([], "OLD"), ([DOOR], "NEW")):
+            status, output, errors = run("diff", *arguments)
+            self.assertEqual((status, output), (2, ""))
+            self.assertIn(f"{missing} is required", errors)
         status, output, _ = run("diff", "--rules")
         self.assertEqual(status, 0)
         self.assertIn("value-removed", output)
