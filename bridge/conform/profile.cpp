@@ -300,7 +300,8 @@ void read_network(Section& top, Profile& profile, Problems& problems) {
 }  // namespace
 
 tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::string& text,
-                                                                    const std::string& file) {
+                                                                    const std::string& file,
+                                                                    ProfileServices services) {
   Problems problems{file};
   Profile profile{.file = file};
   const YAML::Node node = documents::parse_document(text, "the profile of a device", problems);
@@ -319,7 +320,8 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
         profile.uses.push_back(read_used(used, problems));
       }
     }
-    if (profile.services.empty() && std::ranges::all_of(profile.uses, &UsedService::by_ets)) {
+    if (services == ProfileServices::needed && profile.services.empty() &&
+        std::ranges::all_of(profile.uses, &UsedService::by_ets)) {
       problems.error(top.mark(),
                      "expected 'services' that the device offers, or one that it uses by itself, 'uses'");
     }
@@ -330,7 +332,7 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     read_lifecycle(top, profile, problems);
     top.finish();
   }
-  if (problems.has_errors() || (profile.services.empty() && profile.uses.empty())) {
+  if (problems.has_errors()) {
     return tl::unexpected{problems.take()};
   }
   return profile;

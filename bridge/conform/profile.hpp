@@ -164,11 +164,14 @@ struct Profile {
 /// One of the first service; nothing: the profile tells of none.
 [[nodiscard]] std::optional<EventSource> event_source(const Profile& profile);
 
+/// Whether a profile names services that the device offers or uses.
+enum class ProfileServices : std::uint8_t { needed, optional };
+
 /// Reads a profile.
 /// @param file  its name, for messages.
 /// @return the profile, or what is wrong with it, each with line and column.
-[[nodiscard]] tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::string& text,
-                                                                                  const std::string& file);
+[[nodiscard]] tl::expected<Profile, std::vector<documents::Problem>> read_profile(
+    const std::string& text, const std::string& file, ProfileServices services = ProfileServices::needed);
 
 /// `command` with {device}, {tester}, {multicast}, {event_multicast} (of the first eventgroup that has one),
 /// {sd_port}, {programs} (the folder of the running program) and {fault} replaced.

@@ -95,7 +95,7 @@ int run(int argc, char** argv) {
   generate::add_diff_command(app, status, readers);
   generate::add_explain_command(app, status, readers);
   conform::add_conform_command(app, status, readers);
-  conform::add_fuzz_command(app, status);
+  conform::add_fuzz_command(app, status, readers);
   inspect::add_decode_command(app, status);
   inspect::add_find_command(app, status);
   inspect::add_watch_command(app, status);

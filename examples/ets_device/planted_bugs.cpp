@@ -63,6 +63,27 @@ bool is_segment(Message bytes) {
   return is_message(bytes) && bytes.size() >= 20 && (bytes[14] & 0x20U) != 0;
 }
 
+/// The parameters of a request to this method, behind a length field that is right; none: it is another
+/// message.
+Message parameters_behind_length(Message bytes, unsigned method) {
+  const bool is_it = is_message(bytes) && bytes.size() >= 20 && u16(bytes, 0) == 0x0101 &&
+                     u16(bytes, 2) == method && bytes[14] <= 1;
+  return is_it ? bytes.subspan(20) : Message{};
+}
+
+/// echoText: the string has its BOM and as many bytes as its length says, but does not end with zero.
+bool is_text_without_end(Message bytes) {
+  const Message text = parameters_behind_length(bytes, 0x15);
+  return text.size() > 3 && u32(bytes, 16) == text.size() && text[0] == 0xef && text[1] == 0xbb &&
+         text[2] == 0xbf && text.back() != 0;
+}
+
+/// echoUnion: of uint8, uint16 and uint32, and nothing else.
+bool is_union_of_none(Message bytes) {
+  const Message rest = parameters_behind_length(bytes, 0x19);
+  return rest.size() >= 4 && u32(bytes, 16) == rest.size() - 4 && u32(rest, 0) > 3;
+}
+
 In crash_if(bool (*wanted)(Message)) {
   return [wanted](Incoming& in) {
     if (wanted(in.bytes)) {
@@ -236,6 +257,12 @@ std::vector<Fault> planted_bugs() {
            in.answers.push_back(answer(in.bytes, 0xc0, 0x08));
          }
        }},
+      {"bug-text",
+       "crash",
+       "a text without terminator is read on, behind its end",
+       {},
+       crash_if(is_text_without_end)},
+      {"bug-union", "crash", "the type of a union is looked up in a table", {}, crash_if(is_union_of_none)},
       {"bug-slow",
        "slowness",
        "a request of an unknown version is looked for in a table that is read each time",

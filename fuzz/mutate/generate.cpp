@@ -99,26 +99,77 @@ Bytes discovery(const std::vector<Bytes>& entries, const std::vector<Bytes>& opt
   return message;
 }
 
+/// Any bytes: mostly few, as a method's parameters are.
+void append_any(Bytes& message, std::size_t max_payload, Random& random) {
+  const std::size_t most = random.chance(80) ? std::min<std::size_t>(max_payload, 32) : max_payload;
+  for (std::size_t count = random.below(most + 1); count > 0; --count) {
+    append<std::uint8_t>(message,
+                         static_cast<std::uint8_t>(random.chance(50) ? random.below(16) : random.next()));
+  }
+}
+
+Bytes message_of(const KnownService& service, std::uint16_t id, std::uint32_t type, std::size_t max_payload,
+                 Random& random) {
+  constexpr std::uint32_t client = 0x5a02;
+  const bool is_event = type == 0x02;
+  Bytes message = header(std::uint32_t{service.service} << 16U | id,
+                         (is_event ? 0 : client << 16U) | static_cast<std::uint16_t>(random.next()),
+                         0x0100'0000U | std::uint32_t{service.major} << 16U | type << 8U);
+  const auto known = service.payloads.find(id);
+  if (known == service.payloads.end() || random.chance(10)) {
+    append_any(message, max_payload, random);
+  } else {
+    append_bytes(message, make_payload(known->second, max_payload, random));
+  }
+  repair_lengths(message);
+  return message;
+}
+
+/// One of the ids, most often one whose payload is known; sometimes any from `first` on.
+std::uint16_t any_of(const KnownService& service, const std::vector<std::uint16_t>& ids, std::size_t first,
+                     Random& random) {
+  if (ids.empty() || random.chance(10)) {
+    return static_cast<std::uint16_t>(first + random.below(0x100));
+  }
+  std::uint16_t id = random.pick(ids);
+  for (int tries = 0; tries < 3 && !service.payloads.contains(id) && !service.payloads.empty(); ++tries) {
+    id = random.pick(ids);
+  }
+  return id;
+}
+
 constexpr std::uint8_t reboot_and_unicast = 0xc0;
 
 }  // namespace
 
 Bytes make_request(const KnownService& service, std::size_t max_payload, Random& random) {
-  const auto method = service.methods.empty() || random.chance(10)
-                          ? static_cast<std::uint16_t>(random.below(0x100))
-                          : random.pick(service.methods);
-  const std::uint32_t type = random.chance(85) ? 0x00 : 0x01;
-  Bytes request = header(std::uint32_t{service.service} << 16U | method,
-                         0x5a02'0000U | static_cast<std::uint16_t>(random.next()),
-                         0x0100'0000U | std::uint32_t{service.major} << 16U | type << 8U);
-  // Mostly small ones, as a method's parameters are.
-  const std::size_t most = random.chance(80) ? std::min<std::size_t>(max_payload, 32) : max_payload;
-  for (std::size_t count = random.below(most + 1); count > 0; --count) {
-    append<std::uint8_t>(request,
-                         static_cast<std::uint8_t>(random.chance(50) ? random.below(16) : random.next()));
+  const std::uint16_t method = any_of(service, service.methods, 0, random);
+  return message_of(service, method, random.chance(85) ? 0x00 : 0x01, max_payload, random);
+}
+
+Bytes make_notification(const KnownService& service, std::size_t max_payload, Random& random) {
+  const std::uint16_t event = any_of(service, service.events, 0x8000, random);
+  return message_of(service, event, 0x02, max_payload, random);
+}
+
+bool mutate_typed(Bytes& message, const KnownService& service, std::size_t max_size, Random& random) {
+  constexpr std::size_t header_bytes = 16;
+  constexpr std::byte segmented{0x20};
+  if (message.size() < header_bytes || max_size < header_bytes ||
+      someip::load<std::uint16_t>(message.data()) != service.service ||
+      (message[14] & segmented) != std::byte{}) {
+    return false;
   }
-  repair_lengths(request);
-  return request;
+  const auto known = service.payloads.find(someip::load<std::uint16_t>(message.data() + 2));
+  if (known == service.payloads.end()) {
+    return false;
+  }
+  Bytes payload{message.begin() + header_bytes, message.end()};
+  mutate_payload(payload, known->second, max_size - header_bytes, random);
+  message.resize(header_bytes);
+  append_bytes(message, payload);
+  repair_lengths(message);
+  return true;
 }
 
 Bytes make_discovery(const KnownService& service, const Endpoint& own, Random& random) {

@@ -1,8 +1,10 @@
 #pragma once
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "fuzz/mutate/mutate.hpp"
+#include "fuzz/mutate/typed.hpp"
 #include "someip/wire/endpoint.hpp"
 
 namespace trestle::fuzz {
@@ -15,11 +17,23 @@ struct KnownService {
   std::uint32_t minor = 0;                   ///< its version
   std::vector<std::uint16_t> methods{};      ///< of requests; may be empty
   std::vector<std::uint16_t> eventgroups{};  ///< may be empty
+  std::vector<std::uint16_t> events{};       ///< may be empty
+  /// What is known of the payloads of requests and events, by method or event id. Those of others are any
+  /// bytes.
+  std::map<std::uint16_t, Shape> payloads{};
 };
 
-/// A request, or a request without an answer, with a random payload of up to `max_payload` bytes. Mostly of a
-/// method that the service has.
+/// A request, or a request without an answer, with a payload of up to `max_payload` bytes: mostly of a method
+/// that the service has, and then mostly of that method's type, where it is known.
 [[nodiscard]] Bytes make_request(const KnownService& service, std::size_t max_payload, Random& random);
+
+/// An event, likewise. Ids of events begin at 0x8000.
+[[nodiscard]] Bytes make_notification(const KnownService& service, std::size_t max_payload, Random& random);
+
+/// Changes one thing in the payload of a request or event of the service, by its type.
+/// @param max_size  `message` is not longer than this afterwards, in bytes.
+/// @return false: it is none of them, or its type is not known. It stays as it is.
+bool mutate_typed(Bytes& message, const KnownService& service, std::size_t max_size, Random& random);
 
 /// A message of service discovery with one entry or a few: FindService, OfferService, SubscribeEventgroup,
 /// their Stop variants, and answers. Entries are right in themselves; mutate() makes them wrong.

@@ -2,7 +2,9 @@
 // of our stack, so that it serves parsers and devices of others, too.
 //
 //   mutate.hpp    changes a message by one thing: for libFuzzer, AFL++ and `trestle fuzz`
-//   generate.hpp  makes whole messages: requests, service discovery, segments
+//   generate.hpp  makes whole messages: requests, events, service discovery, segments
+//   typed.hpp     makes and changes payloads whose types are known
+//   value_tree.hpp  a payload taken apart into its values
 //   random.hpp    numbers that a seed decides
 //
 // docs/fuzzing.md shows how to link it with a parser, a stack or the code of an ECU.

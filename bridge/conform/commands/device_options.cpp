@@ -44,12 +44,12 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
   cli::option(command, "--out", options.folder, "DIR", "The folder for results and captures");
 }
 
-std::optional<Profile> profile_of(const DeviceOptions& options) {
+std::optional<Profile> profile_of(const DeviceOptions& options, ProfileServices services) {
   const auto text = documents::read_text_file(options.profile);
   if (!text) {
     throw CLI::ValidationError{"--dut", text.error()};
   }
-  auto profile = read_profile(*text, options.profile);
+  auto profile = read_profile(*text, options.profile, services);
   if (!profile) {
     for (const documents::Problem& problem : profile.error()) {
       fmt::print(stderr, "{}\n", documents::to_string(problem));

@@ -25,9 +25,11 @@ struct DeviceOptions {
 void add_device_options(CLI::App& command, DeviceOptions& options);
 
 /// The profile, with the addresses of the command line in place of its own.
+/// @param services  whether it has to name any.
 /// @return nothing, after it has said why, when the profile cannot be used.
 /// @throws CLI::ValidationError when an option is wrong.
-[[nodiscard]] std::optional<Profile> profile_of(const DeviceOptions& options);
+[[nodiscard]] std::optional<Profile> profile_of(const DeviceOptions& options,
+                                                ProfileServices services = ProfileServices::needed);
 
 /// Makes the folder for results.
 /// @throws CLI::ValidationError when nothing can be written there.

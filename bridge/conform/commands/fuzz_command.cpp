@@ -24,6 +24,8 @@ namespace {
 
 struct FuzzArguments : DeviceOptions {
   double seconds = 60;
+  std::uint64_t max_sequences = 0;
+  generate::SourceArguments interfaces{};
   std::string capture;
   pid_t process = 0;
   std::string fault;
@@ -37,6 +39,7 @@ FuzzOptions options_of(const FuzzArguments& arguments, const std::shared_ptr<cli
           .programs = programs(),
           .fault = arguments.fault,
           .time = std::chrono::milliseconds{static_cast<std::int64_t>(arguments.seconds * 1e3)},
+          .max_sequences = arguments.max_sequences,
           .seed = arguments.seed,
           .process = arguments.process == 0 ? std::nullopt : std::optional{arguments.process},
           .max_memory_growth = arguments.memory_mb << 20U,
@@ -72,14 +75,34 @@ int replay(const FuzzArguments& arguments, const Profile& profile, const FuzzOpt
   return found.empty() ? cli::exit_ok : cli::exit_failure;
 }
 
-int fuzz(const FuzzArguments& arguments) {
-  const auto profile = profile_of(arguments);
-  if (!profile) {
+/// What the descriptions of --interfaces say; nothing, after it was told why, when they cannot be used.
+std::optional<describe::Model> described(FuzzArguments& arguments) {
+  if (arguments.interfaces.sources.empty()) {
+    return describe::Model{};
+  }
+  describe::System system = arguments.interfaces.read();
+  return system.good ? std::optional{std::move(system.model)} : std::nullopt;
+}
+
+/// As they were given: " --interfaces Door.fidl Door.fdepl".
+std::string interface_words(const FuzzArguments& arguments) {
+  std::string words = arguments.interfaces.sources.empty() ? "" : " --interfaces";
+  for (const std::string& one : arguments.interfaces.sources) {
+    words += " " + one;
+  }
+  return words;
+}
+
+int fuzz(FuzzArguments& arguments) {
+  const auto profile = profile_of(arguments, ProfileServices::optional);
+  const auto model = described(arguments);
+  if (!profile || !model) {
     return cli::exit_usage;
   }
   prepare_folder(arguments.folder);
   const auto signals = std::make_shared<cli::Signals>(std::initializer_list<int>{SIGINT, SIGTERM, SIGPIPE});
   FuzzOptions options = options_of(arguments, signals);
+  options.interfaces = &*model;
   if (!arguments.capture.empty()) {
     return replay(arguments, *profile, options);
   }
@@ -108,7 +131,10 @@ int fuzz(const FuzzArguments& arguments) {
       .profile_file = arguments.profile,
       .folder = arguments.folder,
       .seed = arguments.seed,
-      .command = fmt::format("trestle fuzz{} --seconds {}", as_words(arguments), arguments.seconds)};
+      .command = fmt::format(
+          "trestle fuzz{} --seconds {}{}{}", as_words(arguments), arguments.seconds,
+          arguments.max_sequences == 0 ? "" : fmt::format(" --sequences {}", arguments.max_sequences),
+          interface_words(arguments))};
   const FuzzResult result = fuzz_device(*profile, options);
   clear();
   std::ofstream{arguments.folder + "/results.json"} << fuzz_json(result, info);
@@ -126,13 +152,23 @@ int fuzz(const FuzzArguments& arguments) {
 
 }  // namespace
 
-void add_fuzz_command(CLI::App& app, int& status) {
+void add_fuzz_command(CLI::App& app, int& status, const generate::SourceReaders& readers) {
   const auto arguments = std::make_shared<FuzzArguments>();
   arguments->folder = "fuzz-results";
+  arguments->interfaces = generate::SourceArguments{readers};
   CLI::App* command =
       app.add_subcommand("fuzz", "Send a SOME/IP device always new messages, and watch what becomes of it");
   add_device_options(*command, *arguments);
   cli::option(*command, "--seconds", arguments->seconds, "N", "For how long")->check(CLI::Range(0.1, 1e7));
+  command->add_option("--sequences", arguments->max_sequences, "End after so many sequences, if not before")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--interfaces", arguments->interfaces.sources,
+                   "Interface descriptions (FIDL with FDEPL, ARXML, vsomeip JSON, route files; files or "
+                   "folders): methods,\n"
+                   "fields and events are those of the description, and payloads have their types")
+      ->type_name("FILE");
   command
       ->add_option("--replay", arguments->capture,
                    "Send once what the tester sends in this capture, such as that of a finding, and look")
@@ -154,6 +190,7 @@ void add_fuzz_command(CLI::App& app, int& status) {
       "Examples:\n"
       "  trestle fuzz --dut examples/ets_device/profile.yaml --seconds 30\n"
       "  trestle fuzz --dut my_ecu.yaml --seconds 3600 --seed 7 --out night\n"
+      "  trestle fuzz --dut my_ecu.yaml --interfaces Door.fidl Door.fdepl\n"
       "  trestle fuzz --dut my_ecu.yaml --replay night/finding-001-crash.pcapng\n"
       "Exit status: 0 when nothing was found, 1 when something was, 2 when the command line or the profile "
       "is\n"

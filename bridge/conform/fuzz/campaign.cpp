@@ -11,6 +11,7 @@
 
 #include "bridge/conform/capture_writer.hpp"
 #include "bridge/conform/device.hpp"
+#include "bridge/conform/fuzz/behaviour.hpp"
 #include "bridge/conform/fuzz/coverage_map.hpp"
 #include "bridge/conform/fuzz/player.hpp"
 #include "bridge/conform/fuzz/process_watch.hpp"
@@ -30,6 +31,7 @@ constexpr Duration settling = 2ms;
 /// What a device that is started anew may have been led to by: the last sequences before a finding.
 constexpr std::size_t most_recent = 64;
 constexpr std::size_t most_kept = 1'000;
+constexpr std::size_t most_wanted = 64;
 constexpr std::size_t most_tries = 60;
 /// No try begins later than this: where a device is silent, each takes seconds.
 constexpr Duration most_time_for_tries = 20s;
@@ -59,10 +61,10 @@ class Campaign {
         options_{options},
         tester_{profile.tester, profile.multicast, profile.sd_port},
         coverage_{options.folder + "/coverage.map"},
-        device_{profile, options.programs, options.folder + "/device.log", options.fault},
-        player_{profile, tester_, sessions_},
-        trial_{profile, tester_, device_, sessions_},
-        sequences_{targets_of(profile), wanted_services(profile), player_.own()},
+        device_{profile_, options.programs, options.folder + "/device.log", options.fault},
+        player_{profile_, tester_, sessions_},
+        trial_{profile_, tester_, device_, sessions_},
+        sequences_{targets_of(profile), wanted_services(profile), player_.own(), options.interfaces},
         random_{options.seed} {
     tester_.watch([this] { check(); });
   }
@@ -88,11 +90,22 @@ class Campaign {
   [[nodiscard]] std::chrono::milliseconds elapsed() const {
     return std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began_);
   }
-  [[nodiscard]] bool is_over() const { return elapsed() >= options_.time; }
+  [[nodiscard]] bool is_over() const {
+    return elapsed() >= options_.time ||
+           (options_.max_sequences != 0 && result_.done.sequences >= options_.max_sequences);
+  }
+
+  /// Not of others in the group.
+  [[nodiscard]] bool is_of_device(const Packet& packet) const {
+    return !packet.sent && packet.from.address == profile_.device;
+  }
 
   bool await_device();
   bool start_anew();
   void learn_offers();
+  void learn_offer(const SeenEntry& seen);
+  void learn_services();
+  void learn_wishes();
   Sequence next_sequence();
   std::vector<Sign> play(const Sequence& sequence);
   std::optional<Sign> ask();
@@ -106,7 +119,7 @@ class Campaign {
   void write_evidence(Finding& finding);
   void tell_progress();
 
-  const Profile& profile_;
+  Profile profile_;  ///< with the services that the device was seen to offer, where it had none
   const FuzzOptions& options_;
   Tester tester_;
   CoverageMap coverage_;
@@ -135,6 +148,10 @@ class Campaign {
 
 bool Campaign::await_device() {
   const Clock::time_point until = Clock::now() + profile_.timing.ready_within;
+  while (profile_.services.empty() && std::ranges::all_of(profile_.uses, &UsedService::by_ets) &&
+         Clock::now() < until) {
+    learn_services();
+  }
   bool there = trial_.is_there();
   while (!there && Clock::now() < until) {
     there = trial_.is_there();
@@ -177,21 +194,68 @@ void Campaign::learn_offers() {
                   [] { return false; });
   for (const SeenEntry& seen : trial_.entries_since(
            since, [](const SeenEntry& one) { return one.entry.kind() == sd::EntryKind::offer_service; })) {
-    const bool known = std::ranges::any_of(sequences_.targets(), [&](const Target& one) {
-      return one.service.service == value(seen.entry.service) &&
-             one.service.instance == value(seen.entry.instance) && one.service.major == seen.entry.major;
-    });
-    if (known) {
-      continue;
+    learn_offer(seen);
+  }
+  learn_wishes();
+}
+
+void Campaign::learn_offer(const SeenEntry& seen) {
+  const bool known = std::ranges::any_of(sequences_.targets(), [&](const Target& one) {
+    return one.service.service == value(seen.entry.service) &&
+           one.service.instance == value(seen.entry.instance) && one.service.major == seen.entry.major;
+  });
+  if (known) {
+    return;
+  }
+  Target target{.service = {.service = value(seen.entry.service),
+                            .instance = value(seen.entry.instance),
+                            .major = seen.entry.major,
+                            .minor = seen.entry.minor()}};
+  for (const sd::EndpointOption& endpoint : seen.endpoints()) {
+    (endpoint.transport == Transport::tcp ? target.tcp_port : target.udp_port) = endpoint.endpoint.port;
+  }
+  sequences_.add(std::move(target));
+}
+
+/// Of a device whose profile has no services: what it offers takes their place.
+void Campaign::learn_services() {
+  learn_offers();
+  for (const Target& one : sequences_.targets()) {
+    ServiceProfile service{.service = someip::ServiceId{one.service.service},
+                           .instance = someip::InstanceId{one.service.instance},
+                           .major = one.service.major,
+                           .minor = one.service.minor};
+    if (one.udp_port != 0) {
+      service.udp_port = one.udp_port;
     }
-    Target target{.service = {.service = value(seen.entry.service),
-                              .instance = value(seen.entry.instance),
-                              .major = seen.entry.major,
-                              .minor = seen.entry.minor()}};
+    if (one.tcp_port != 0) {
+      service.tcp_port = one.tcp_port;
+    }
+    profile_.services.push_back(std::move(service));
+  }
+}
+
+/// Services that the device looks for, and where it wants the events of those that it uses.
+void Campaign::learn_wishes() {
+  for (const SeenEntry& seen : trial_.entries_since(0, [](const SeenEntry& one) {
+         return one.entry.kind() == sd::EntryKind::find_service ||
+                one.entry.kind() == sd::EntryKind::subscribe_eventgroup;
+       })) {
+    const std::uint16_t service = value(seen.entry.service);
+    const bool known = std::ranges::find(sequences_.wanted(), service, &fuzz::KnownService::service) !=
+                       sequences_.wanted().end();
+    if (!known && service != 0xffff && sequences_.wanted().size() < most_wanted) {
+      const bool any_instance = seen.entry.instance == someip::any_instance;
+      sequences_.add_wanted(
+          {.service = service,
+           .instance = any_instance ? std::uint16_t{1} : value(seen.entry.instance),
+           .major = seen.entry.major == sd::any_major ? std::uint8_t{1} : seen.entry.major});
+    }
     for (const sd::EndpointOption& endpoint : seen.endpoints()) {
-      (endpoint.transport == Transport::tcp ? target.tcp_port : target.udp_port) = endpoint.endpoint.port;
+      if (endpoint.transport == Transport::udp && endpoint.endpoint.address == profile_.device) {
+        sequences_.subscribed(service, endpoint.endpoint.port);
+      }
     }
-    sequences_.add(std::move(target));
   }
 }
 
@@ -244,7 +308,7 @@ std::optional<Sign> Campaign::restart_sign() {
   std::optional<Sign> sign;
   for (const Packet& packet : tester_.packets()) {
     const auto message = someip::decode(packet.bytes);
-    if (packet.sent || !message || !sd::is_sd(message->header) || message->payload.empty()) {
+    if (!is_of_device(packet) || !message || !sd::is_sd(message->header) || message->payload.empty()) {
       continue;
     }
     const auto session = static_cast<std::uint16_t>(value(message->header.session));
@@ -274,6 +338,7 @@ std::vector<Sign> Campaign::play(const Sequence& sequence) {
     const std::size_t sent = sequence.steps.size();
     ++result_.done.sequences;
     result_.done.messages += sent;
+    learn_wishes();
     if (auto sign = ask()) {
       signs.push_back(std::move(*sign));
     }
@@ -289,35 +354,10 @@ std::vector<Sign> Campaign::play(const Sequence& sequence) {
   return signs;
 }
 
-/// What an answer is, and in which state it came.
-std::uint64_t behaviour(const std::string& state, const Packet& packet) {
-  std::uint64_t hash = std::hash<std::string>{}(state) ^ static_cast<std::uint64_t>(packet.transport);
-  const auto mix = [&hash](std::uint64_t more) { hash = fuzz::Random{hash ^ more}.next(); };
-  const auto message = someip::decode(packet.bytes);
-  if (!message) {
-    mix(1);
-    return hash;
-  }
-  mix(value(message->header.service));
-  mix(value(message->header.method));
-  mix(static_cast<std::uint64_t>(message->header.type) << 8U |
-      static_cast<std::uint64_t>(message->header.return_code));
-  if (const auto discovery = sd::decode(*message)) {
-    for (std::size_t at = 0; at < discovery->entry_count(); ++at) {
-      const sd::Entry entry = discovery->entry(at);
-      mix(static_cast<std::uint64_t>(entry.kind()) << 16U | entry.option_count());
-      mix(value(entry.service));
-    }
-  } else {
-    mix(static_cast<std::uint64_t>(std::bit_width(message->payload.size())));
-  }
-  return hash;
-}
-
 void Campaign::keep_if_new(const Sequence& sequence) {
   bool is_new = coverage_.grown();
   for (const Packet& packet : tester_.packets()) {
-    is_new = (!packet.sent && behaviours_.insert(behaviour(sequence.state, packet)).second) || is_new;
+    is_new = (is_of_device(packet) && behaviours_.insert(behaviour(sequence.state, packet)).second) || is_new;
   }
   result_.done.behaviours = behaviours_.size();
   result_.done.places = coverage_.count();
@@ -479,6 +519,9 @@ FuzzResult Campaign::run() {
       return result_;
     }
     learn_offers();
+    if (sequences_.targets().empty() && sequences_.wanted().empty()) {
+      result_.gave_up = "the device offers no service, and looks for none";
+    }
     for (std::size_t silent = 0; !is_over() && result_.gave_up.empty();) {
       const Sequence sequence = next_sequence();
       ++result_.states[sequence.state];

@@ -2,6 +2,8 @@
 // watches what becomes of it.
 //
 //   campaign.hpp       the loop: make a sequence, send it, look, keep what was new
+//   behaviour.hpp      what an answer is, to tell new ones
+//   described.hpp      what an interface description says of the services
 //   sequences.hpp      makes sequences: into a state first, then messages that are changed a little
 //   sequence.hpp       what is sent, as data
 //   player.hpp         sends it; reads it from a capture
@@ -25,6 +27,7 @@
 
 #include "bridge/conform/fuzz/finding.hpp"
 #include "bridge/conform/profile.hpp"
+#include "bridge/describe/model.hpp"
 
 namespace trestle::conform {
 
@@ -43,6 +46,8 @@ struct FuzzOptions {
   std::string programs{};  ///< the folder of the running program
   std::string fault{};     ///< the device is started with it
   std::chrono::milliseconds time{60'000};
+  std::uint64_t max_sequences = 0;              ///< ends the campaign; 0: no limit
+  const describe::Model* interfaces = nullptr;  ///< of the device's services; null: not known
   std::uint64_t seed = 1;
   std::optional<pid_t> process{};               ///< to be watched; nothing: what the profile starts
   std::size_t max_memory_growth = 128U << 20U;  ///< in bytes; more is a finding

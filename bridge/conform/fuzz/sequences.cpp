@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "bridge/conform/fuzz/described.hpp"
+
 namespace trestle::conform {
 namespace {
 
@@ -18,12 +20,6 @@ constexpr std::uint32_t long_ttl_s = 300;
 Step sd_step(fuzz::Bytes bytes, bool multicast, bool counted = true) {
   return {
       .way = multicast ? Way::sd_multicast : Way::sd_unicast, .bytes = std::move(bytes), .counted = counted};
-}
-
-void mutate_some(fuzz::Bytes& bytes, std::size_t max_size, fuzz::Random& random) {
-  for (std::size_t count = random.below(4); count > 0; --count) {
-    fuzz::mutate(bytes, max_size, random);
-  }
 }
 
 /// Methods of the Enhanced Testability Service, but for suspendInterface, which makes the device silent.
@@ -86,7 +82,7 @@ std::vector<fuzz::KnownService> wanted_services(const Profile& profile) {
     for (const auto* group : {&one.udp, &one.tcp, &one.multicast}) {
       if (*group) {
         service.eventgroups.push_back(value((*group)->id));
-        service.methods.push_back(value((*group)->event));
+        service.events.push_back(value((*group)->event));
       }
     }
     all.push_back(std::move(service));
@@ -94,8 +90,61 @@ std::vector<fuzz::KnownService> wanted_services(const Profile& profile) {
   return all;
 }
 
-Sequences::Sequences(std::vector<Target> targets, std::vector<fuzz::KnownService> wanted, const Endpoint& own)
-    : targets_{std::move(targets)}, wanted_{std::move(wanted)}, own_{own} {}
+Sequences::Sequences(std::vector<Target> targets, std::vector<fuzz::KnownService> wanted, const Endpoint& own,
+                     const describe::Model* model)
+    : own_{own}, model_{model} {
+  for (Target& one : targets) {
+    add(std::move(one));
+  }
+  for (fuzz::KnownService& one : wanted) {
+    add_wanted(std::move(one));
+  }
+}
+
+void Sequences::add(Target target) {
+  if (model_ != nullptr) {
+    add_described(target.service, *model_);
+  }
+  targets_.push_back(std::move(target));
+}
+
+void Sequences::add_wanted(fuzz::KnownService service) {
+  if (model_ != nullptr) {
+    add_described(service, *model_);
+  }
+  unreachable_.push_back({.service = service});
+  wanted_.push_back(std::move(service));
+}
+
+/// Of a device without services: one that it uses, at which it cannot be reached.
+const Target& Sequences::any_target(fuzz::Random& random) const {
+  static const Target none;
+  const std::vector<Target>& some = targets_.empty() ? unreachable_ : targets_;
+  return some.empty() ? none : random.pick(some);
+}
+
+/// One thing in it, by its type where that is known.
+void Sequences::change_message(fuzz::Bytes& bytes, std::size_t max_size, fuzz::Random& random) const {
+  if (random.chance(60)) {
+    const bool done = std::ranges::any_of(targets_,
+                                          [&](const Target& one) {
+                                            return fuzz::mutate_typed(bytes, one.service, max_size, random);
+                                          }) ||
+                      std::ranges::any_of(wanted_, [&](const fuzz::KnownService& one) {
+                        return fuzz::mutate_typed(bytes, one, max_size, random);
+                      });
+    if (done) {
+      return;
+    }
+  }
+  fuzz::mutate(bytes, max_size, random);
+}
+
+void Sequences::change_some(fuzz::Bytes& bytes, std::size_t max_size, fuzz::Random& random) const {
+  for (std::size_t count = random.below(4); count > 0; --count) {
+    change_message(bytes, max_size, random);
+  }
+}
 
 void Sequences::lead_into_state(Sequence& sequence, const Target& target, fuzz::Random& random) const {
   const fuzz::KnownService& service = target.service;
@@ -149,19 +198,39 @@ void Sequences::lead_into_state(Sequence& sequence, const Target& target, fuzz::
   }
 }
 
+/// From the tester's UDP port, at which it offers the service.
+void Sequences::append_event(Sequence& sequence, fuzz::Random& random) const {
+  const auto& [service, port] = random.pick(subscribers_);
+  const auto known = std::ranges::find(wanted_, service, &fuzz::KnownService::service);
+  if (known == wanted_.end()) {
+    return;
+  }
+  fuzz::Bytes event = fuzz::make_notification(*known, max_datagram, random);
+  change_some(event, max_datagram, random);
+  sequence.steps.push_back({.way = Way::udp, .port = port, .bytes = std::move(event)});
+}
+
+void Sequences::append_discovery(Sequence& sequence, const Target& target, fuzz::Random& random) const {
+  const bool of_ours = !wanted_.empty() && random.chance(20);
+  fuzz::Bytes bytes = fuzz::make_discovery(of_ours ? random.pick(wanted_) : target.service, own_, random);
+  change_some(bytes, max_datagram, random);
+  sequence.steps.push_back(sd_step(std::move(bytes), random.chance(30), random.chance(85)));
+}
+
 void Sequences::append_step(Sequence& sequence, const Target& target, fuzz::Random& random) const {
   auto& steps = sequence.steps;
   const std::size_t kind = random.below(20);
+  if (kind < 2 && !subscribers_.empty()) {
+    append_event(sequence, random);
+    return;
+  }
   if (kind < 10 || (target.udp_port == 0 && target.tcp_port == 0)) {
-    const bool of_ours = !wanted_.empty() && random.chance(20);
-    fuzz::Bytes bytes = fuzz::make_discovery(of_ours ? random.pick(wanted_) : target.service, own_, random);
-    mutate_some(bytes, max_datagram, random);
-    steps.push_back(sd_step(std::move(bytes), random.chance(30), random.chance(85)));
+    append_discovery(sequence, target, random);
     return;
   }
   fuzz::Bytes request = fuzz::make_request(target.service, max_payload, random);
   if (target.tcp_port != 0 && (kind < 13 || target.udp_port == 0)) {
-    mutate_some(request, max_payload, random);
+    change_some(request, max_payload, random);
     if (random.chance(10)) {
       steps.push_back({.way = Way::tcp_close, .port = target.tcp_port});
     } else if (random.chance(25) && request.size() > 1) {  // in two pieces
@@ -178,7 +247,7 @@ void Sequences::append_step(Sequence& sequence, const Target& target, fuzz::Rand
   if (kind < 16) {
     for (fuzz::Bytes& one : fuzz::make_segments(request, 16 * (1 + random.below(87)))) {
       if (random.chance(10)) {
-        mutate_some(one, max_datagram, random);
+        change_some(one, max_datagram, random);
       }
       if (!random.chance(3)) {  // else it is lost
         steps.push_back({.way = Way::udp, .port = target.udp_port, .bytes = std::move(one)});
@@ -186,13 +255,13 @@ void Sequences::append_step(Sequence& sequence, const Target& target, fuzz::Rand
     }
     return;
   }
-  mutate_some(request, max_datagram, random);
+  change_some(request, max_datagram, random);
   steps.push_back({.way = Way::udp, .port = target.udp_port, .bytes = std::move(request)});
 }
 
 Sequence Sequences::make(fuzz::Random& random) const {
   Sequence sequence;
-  const Target& target = random.pick(targets_);
+  const Target& target = any_target(random);
   lead_into_state(sequence, target, random);
   for (std::size_t count = 1 + random.below(8); count > 0; --count) {
     append_step(sequence, target, random);
@@ -216,7 +285,7 @@ Sequence Sequences::changed(Sequence sequence, const Sequence& other, fuzz::Rand
   constexpr std::size_t max_steps = 64;
   for (std::size_t count = 1 + random.below(3); count > 0; --count) {
     if (steps.empty()) {
-      append_step(sequence, random.pick(targets_), random);
+      append_step(sequence, any_target(random), random);
       continue;
     }
     const std::size_t at = random.below(steps.size());
@@ -243,7 +312,7 @@ Sequence Sequences::changed(Sequence sequence, const Sequence& other, fuzz::Rand
         }
         break;
       default:
-        fuzz::mutate(steps[at].bytes, max_datagram, random);
+        change_message(steps[at].bytes, max_datagram, random);
         break;
     }
   }

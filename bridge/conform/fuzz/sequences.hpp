@@ -1,10 +1,12 @@
 #pragma once
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bridge/conform/fuzz/sequence.hpp"
 #include "bridge/conform/profile.hpp"
+#include "bridge/describe/model.hpp"
 #include "fuzz/mutate/generate.hpp"
 
 namespace trestle::conform {
@@ -25,11 +27,17 @@ struct Target {
 /// Makes sequences: first what leads the device into a state, then messages that are changed a little.
 class Sequences {
  public:
-  /// @param own  the tester's UDP endpoint.
-  Sequences(std::vector<Target> targets, std::vector<fuzz::KnownService> wanted, const Endpoint& own);
+  /// @param own    the tester's UDP endpoint.
+  /// @param model  what an interface description says of the services; null: there is none. It outlives this.
+  Sequences(std::vector<Target> targets, std::vector<fuzz::KnownService> wanted, const Endpoint& own,
+            const describe::Model* model = nullptr);
 
-  void add(Target target) { targets_.push_back(std::move(target)); }
+  void add(Target target);
+  void add_wanted(fuzz::KnownService service);
+  /// The device takes the events of a service that it uses at this port.
+  void subscribed(std::uint16_t service, std::uint16_t port) { subscribers_[service] = port; }
   [[nodiscard]] const std::vector<Target>& targets() const noexcept { return targets_; }
+  [[nodiscard]] const std::vector<fuzz::KnownService>& wanted() const noexcept { return wanted_; }
 
   /// A new one.
   [[nodiscard]] Sequence make(fuzz::Random& random) const;
@@ -41,11 +49,19 @@ class Sequences {
  private:
   void lead_into_state(Sequence& sequence, const Target& target, fuzz::Random& random) const;
   void keep_harmless(Sequence& sequence) const;
+  [[nodiscard]] const Target& any_target(fuzz::Random& random) const;
+  void append_event(Sequence& sequence, fuzz::Random& random) const;
+  void append_discovery(Sequence& sequence, const Target& target, fuzz::Random& random) const;
+  void change_message(fuzz::Bytes& bytes, std::size_t max_size, fuzz::Random& random) const;
+  void change_some(fuzz::Bytes& bytes, std::size_t max_size, fuzz::Random& random) const;
   void append_step(Sequence& sequence, const Target& target, fuzz::Random& random) const;
 
   std::vector<Target> targets_;
   std::vector<fuzz::KnownService> wanted_;
+  std::vector<Target> unreachable_;                     ///< the same, of a device that offers nothing
+  std::map<std::uint16_t, std::uint16_t> subscribers_;  ///< ports of the device by service
   Endpoint own_;
+  const describe::Model* model_;
 };
 
 }  // namespace trestle::conform

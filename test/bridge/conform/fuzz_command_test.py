@@ -17,7 +17,16 @@ import unittest
 TRESTLE, SOURCE = sys.argv[1:3]
 HOST = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 0xff}"
 ADDRESSES = ("--device", f"{HOST}.1", "--tester", f"{HOST}.2")
-PROFILE = pathlib.Path(SOURCE) / "examples" / "ets_device" / "profile.yaml"
+DEVICE = pathlib.Path(SOURCE) / "examples" / "ets_device"
+PROFILE = DEVICE / "profile.yaml"
+INTERFACES = (DEVICE / "ets.fidl", DEVICE / "ets.fdepl")
+# Nothing but where the device is, and how it is started.
+BARE_PROFILE = """
+name: Some device
+network: {device: 127.0.77.1, tester: 127.0.77.2, multicast: 239.255.77.1}
+timing: {ready_within: 10 s}
+lifecycle: {start: "{programs}/ets_device --address {device} --multicast {multicast} --sd-port {sd_port}"}
+"""
 # Some of them. All are tried by hand, as docs/fuzzing.md tells.
 BUGS = {"bug-option-length": "crash", "bug-message-type": "rule"}
 
@@ -28,9 +37,9 @@ class Fuzz(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def fuzz(self, *arguments, status=0):
+    def fuzz(self, *arguments, status=0, dut=PROFILE):
         """What it prints; the test fails on another exit status."""
-        done = subprocess.run([TRESTLE, "fuzz", "--dut", PROFILE, *ADDRESSES, "--out", self.folder, *map(str, arguments)],
+        done = subprocess.run([TRESTLE, "fuzz", "--dut", dut, *ADDRESSES, "--out", self.folder, *map(str, arguments)],
                               capture_output=True, text=True, timeout=250)
         self.assertEqual(done.returncode, status, f"{arguments}: {done.stdout}{done.stderr}")
         return done.stdout + done.stderr
@@ -61,6 +70,28 @@ class Fuzz(unittest.TestCase):
                 self.assertIn(kind, again)
                 # The device without the bug takes the same.
                 self.assertIn("nothing is wrong", self.fuzz("--replay", capture))
+
+    def test_finds_by_type_what_is_wrong_in_the_values_of_a_method(self):
+        self.fuzz("--seconds", 40, "--sequences", 20_000, "--fault", "bug-text", "--max-findings", 4,
+                  "--interfaces", *INTERFACES, status=1)
+        # On a machine that is busy with other things, the device may be silent for a while, too.
+        crashes = [one for one in self.results()["findings"] if one["kind"] == "crash"]
+        self.assertTrue(crashes, self.results()["findings"])
+        self.assertIn("efbbbf", crashes[0]["steps"][-1]["bytes"])
+        self.assertIn(f"--interfaces {INTERFACES[0]}", self.results()["command"])
+
+    def test_learns_the_services_from_service_discovery(self):
+        bare = self.folder / "bare.yaml"
+        bare.write_text(BARE_PROFILE)
+        text = self.fuzz("--seconds", 100, "--sequences", 150, dut=bare)
+        self.assertIn("0 findings", text)
+        self.assertEqual(self.results()["sequences"], 150)
+        self.assertGreater(self.results()["answers"], 10)
+
+    def test_says_what_is_wrong_with_a_description(self):
+        broken = self.folder / "broken.fidl"
+        broken.write_text("package p interface")
+        self.assertIn("broken.fidl:1", self.fuzz("--interfaces", broken, status=2))
 
     def test_writes_what_it_has_when_it_is_interrupted(self):
         run = subprocess.Popen([TRESTLE, "fuzz", "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--seconds", "600"],
