@@ -4,6 +4,7 @@
 //   cut_seeds.cpp        cuts inputs from the captures in pcaps/, with seeds.hpp and sd_conversation.hpp
 //   payload_rules.hpp, conversion_plans.hpp, values_types.hpp  what several targets share
 //   *.dict               words that a target's inputs are made of
+//   plain_decoder.hpp    SOME/IP and service discovery from the specification alone, to compare with
 //
 // cmake/fuzz_all.sh runs all of them (`./run test fuzz`). An input that fails stays in corpus/, and becomes a
 // test.
