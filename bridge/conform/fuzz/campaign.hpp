@@ -71,7 +71,8 @@ struct FuzzResult {
   std::size_t memory_after = 0;
   std::size_t descriptors_before = 0;
   std::size_t descriptors_after = 0;
-  std::uint64_t unconfirmed = 0;  ///< broken rules and slowness that a second try did not show
+  /// How often a sign came that a second try did not show: "restart", "slowness", "rule rpc.answered-once".
+  std::map<std::string, std::uint64_t> unconfirmed{};
   bool cancelled = false;
   std::string gave_up{};  ///< why it ended before its time; empty: it did not
   std::vector<Finding> findings{};

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "bridge/conform/report.hpp"
 #include "bridge/messages/values/byte_text.hpp"
@@ -68,8 +69,8 @@ std::string fuzz_summary(const FuzzResult& result, const FuzzInfo& info) {
     text += fmt::format("; memory {} kB, then {} kB; descriptors {}, then {}", result.memory_before / 1024,
                         result.memory_after / 1024, result.descriptors_before, result.descriptors_after);
   }
-  if (result.unconfirmed != 0) {
-    text += fmt::format("; {} times something that a second run did not show", result.unconfirmed);
+  for (const auto& [what, count] : result.unconfirmed) {
+    text += fmt::format("; {} times {}, which a second run did not show", count, what);
   }
   text += fmt::format("\n{} finding{}; report.html, results.json and a capture of each are in {}; seed {}\n",
                       result.findings.size(), result.findings.size() == 1 ? "" : "s", info.folder, info.seed);
@@ -116,7 +117,9 @@ std::string fuzz_json(const FuzzResult& result, const FuzzInfo& info) {
       {"code_places", done.places},
       {"kept", result.kept},
       {"restarts", result.restarts},
-      {"unconfirmed", result.unconfirmed},
+      {"unconfirmed", std::accumulate(result.unconfirmed.begin(), result.unconfirmed.end(), std::uint64_t{0},
+                                      [](std::uint64_t sum, const auto& one) { return sum + one.second; })},
+      {"unconfirmed_signs", result.unconfirmed},
       {"answer_us", {{"median", result.answer_median.count()}, {"longest", result.answer_longest.count()}}},
       {"memory", {{"before", result.memory_before}, {"after", result.memory_after}}},
       {"descriptors", {{"before", result.descriptors_before}, {"after", result.descriptors_after}}},

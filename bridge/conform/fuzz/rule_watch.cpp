@@ -12,6 +12,7 @@
 #include "sd/wire/message.hpp"
 #include "someip/wire/bytes.hpp"
 #include "someip/wire/header.hpp"
+#include "someip/wire/tp.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -79,6 +80,14 @@ std::optional<BrokenRule> answered_too_often(const std::deque<Packet>& packets) 
   return std::nullopt;
 }
 
+/// Who is sent more than a message may have over UDP, and echoes it, has only been led to that.
+bool was_sent_too_much(const std::deque<Packet>& packets) {
+  return std::ranges::any_of(packets, [](const Packet& one) {
+    return one.sent && one.transport == Transport::udp &&
+           one.bytes.size() > someip::header_bytes + someip::max_plain_payload_bytes;
+  });
+}
+
 }  // namespace
 
 std::vector<BrokenRule> broken_rules(const std::deque<Packet>& packets, const IpAddress& device) {
@@ -95,11 +104,13 @@ std::vector<BrokenRule> broken_rules(const std::deque<Packet>& packets, const Ip
   }
   judge.end();
   const std::vector<CaseResult> results = judge.results({});
+  const bool large = was_sent_too_much(packets);
   std::vector<BrokenRule> broken;
   for (std::size_t at = 0; at < results.size(); ++at) {
     const CaseResult& one = results[at];
-    if (one.outcome.verdict != Verdict::fail ||
-        std::ranges::find(holding_always, static_cast<Rule>(at)) == holding_always.end()) {
+    const auto rule = static_cast<Rule>(at);
+    if (one.outcome.verdict != Verdict::fail || (rule == Rule::udp_size && large) ||
+        std::ranges::find(holding_always, rule) == holding_always.end()) {
       continue;
     }
     std::string what = one.what->title;

@@ -93,6 +93,23 @@ class Fuzz(unittest.TestCase):
         broken.write_text("package p interface")
         self.assertIn("broken.fidl:1", self.fuzz("--interfaces", broken, status=2))
 
+    def test_confirms_a_crash_that_does_not_come_each_time(self):
+        # The bug is in the device when it is started first, and from the fifth time on.
+        profile = self.folder / "profile.yaml"
+        count = self.folder / "count"
+        count.write_text("0")
+        text = PROFILE.read_text()
+        start = re.search(r'  start: "\{programs\}/ets_device (.*)"\n', text)
+        profile.write_text(text.split("lifecycle:")[0] + "lifecycle:\n  start: 'n=$(($(cat " + str(count) + ") + 1)); echo $n >"
+                           + str(count) + "; [ $n -gt 1 ] && [ $n -lt 5 ] && unset bug || bug=\"--fault bug-option-length\"; "
+                           + "exec {programs}/ets_device " + start[1] + " $bug'\n")
+        done = subprocess.run([TRESTLE, "fuzz", "--dut", profile, *ADDRESSES, "--out", self.folder / "out", "--seconds", "60",
+                               "--max-findings", "1"], capture_output=True, text=True, timeout=250)
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        found = json.loads((self.folder / "out" / "results.json").read_text())["findings"][0]
+        self.assertEqual(found["kind"], "crash")
+        self.assertTrue(found["confirmed"], found)
+
     def test_writes_what_it_has_when_it_is_interrupted(self):
         run = subprocess.Popen([TRESTLE, "fuzz", "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--seconds", "600"],
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

@@ -172,6 +172,25 @@ TEST(RuleWatch, FindsAnUnknownTypeAndAnswersThatAreTooMany) {
   EXPECT_TRUE(broken_rules(asked, device.address).empty());
 }
 
+TEST(RuleWatch, BlamesNobodyForAnEchoOfTooMuch) {
+  const auto large = [](std::uint8_t type) {
+    return Call{.service = someip::ServiceId{0x1234},
+                .method = someip::MethodId{8},
+                .payload = Bytes(1405),
+                .type = static_cast<someip::MessageType>(type),
+                .session = someip::SessionId{5}}
+        .encode();
+  };
+  const auto from_small = broken_rules(
+      {packet(true, Transport::udp, request()), packet(false, Transport::udp, large(0x80))}, device.address);
+  ASSERT_EQ(from_small.size(), 1U);
+  EXPECT_EQ(from_small[0].id, "pcap.udp.size");
+  EXPECT_TRUE(
+      broken_rules({packet(true, Transport::udp, large(0)), packet(false, Transport::udp, large(0x80))},
+                   device.address)
+          .empty());
+}
+
 // --- Captures ---------------------------------------------------------------------------------------------
 
 TEST(SequenceOfCapture, HasTheStepsAndPausesOfTheTester) {
@@ -245,6 +264,7 @@ TEST(FuzzReport, HasEverythingOfAFinding) {
                              .confirmed = true,
                              .steps_found = 12,
                              .evidence = "finding-001-crash.pcapng"});
+  result.unconfirmed = {{"restart", 2}, {"slowness", 3}};
   const FuzzInfo info{.device = "ECU", .profile_file = "ecu.yaml", .folder = "night", .seed = 7};
   const auto json = nlohmann::json::parse(fuzz_json(result, info));
   EXPECT_EQ(json["schema"], 1);
@@ -257,6 +277,9 @@ TEST(FuzzReport, HasEverythingOfAFinding) {
   EXPECT_THAT(page, HasSubstr("finding-001-crash.pcapng"));
   EXPECT_THAT(page, Not(HasSubstr("http://")));
   EXPECT_THAT(fuzz_summary(result, info), HasSubstr("1 finding;"));
+  EXPECT_EQ(json["unconfirmed"], 5);
+  EXPECT_EQ(json["unconfirmed_signs"]["slowness"], 3);
+  EXPECT_THAT(fuzz_summary(result, info), HasSubstr("; 3 times slowness, which a second run did not show"));
 }
 
 }  // namespace
