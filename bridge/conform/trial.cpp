@@ -199,21 +199,53 @@ SeenEntry Trial::offer(const ServiceProfile& service) {
   return answer_to_find(find_entry(service), true, service);
 }
 
+Trial::EntryIs Trial::is_find_answer(const ServiceProfile& service) const {
+  return [this, is_one = is_offer(service)](const SeenEntry& seen) {
+    // A cyclic offer at the same moment is no answer; it is by multicast, and answers are not.
+    return is_one(seen) && (seen.packet->to == tester.sd() || profile.policy.multicast_find_answers);
+  };
+}
+
+void Trial::await_unicast_answers() {
+  if (const auto cycle = profile.timing.cyclic_offer_delay; cycle && profile.policy.multicast_find_answers) {
+    (void)await_entry(now(), 2 * *cycle, [&](const SeenEntry& seen) {
+      return is_offer(profile.service())(seen) && seen.packet->to == tester.sd_group();
+    });
+  }
+}
+
 SeenEntry Trial::answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
                                 std::uint8_t flags) {
   const std::size_t since = now();
   for (int count = 0; count < tries; ++count) {
     send_sd({.entries = {find}, .flags = flags}, multicast, "FindService");
-    if (auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
-          // A cyclic offer at the same moment is no answer; it is by multicast, and answers are not.
-          return is_offer(service)(one) &&
-                 (one.packet->to == tester.sd() || profile.policy.multicast_find_answers);
-        })) {
+    if (auto seen = await_entry(since, profile.timing.answer_within, is_find_answer(service))) {
       comment(seen->packet, "the answer");
       return *seen;
     }
   }
+  for (const SeenEntry& seen : entries_since(since, is_offer(service))) {
+    if (is_between_cycles(seen)) {
+      comment(seen.packet, "the answer?");
+      fail(
+          "no offer by unicast in answer to FindService, but one by multicast; a device that is meant to "
+          "answer so has policy: multicast_find_answers in its profile");
+    }
+  }
   fail("no offer in answer to FindService");
+}
+
+bool Trial::is_between_cycles(const SeenEntry& seen) {
+  const auto cycle = profile.timing.cyclic_offer_delay;
+  if (!cycle || seen.packet->to != tester.sd_group()) {
+    return false;
+  }
+  auto& packets = tester.packets();
+  const auto before = std::find_if(packets.rbegin(), packets.rend(), [&](Packet& one) {
+    return !one.sent && one.to == seen.packet->to && one.time < seen.packet->time &&
+           std::ranges::any_of(entries_of(one), is_offer(profile.service()));
+  });
+  return before != packets.rend() && seen.packet->time - before->time < *cycle * 3 / 4;
 }
 
 const EventgroupProfile& Trial::eventgroup(bool (*is_one)(const EventgroupProfile&)) {
@@ -608,7 +640,8 @@ bool Trial::answers_find() {
     // By an offer of the service: an entry of another type may be a late answer to what a case has sent.
     // Which other fields are right is for the cases.
     if (await_entry(since, profile.timing.answer_within, [this](const SeenEntry& seen) {
-          return (seen.packet->to == tester.sd() || profile.policy.multicast_find_answers) &&
+          return (seen.packet->to == tester.sd() || profile.policy.multicast_find_answers ||
+                  is_between_cycles(seen)) &&
                  seen.entry.kind() == sd::EntryKind::offer_service &&
                  seen.entry.service == profile.service().service;
         })) {

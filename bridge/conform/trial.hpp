@@ -126,6 +126,11 @@ class Trial {
   void send_sd(const SdStimulus& stimulus, bool multicast = false, const char* what = "stimulus");
 
   [[nodiscard]] static EntryIs is_offer(const ServiceProfile& service);
+  /// An offer that answers to a Find: by unicast, unless the profile says otherwise.
+  [[nodiscard]] EntryIs is_find_answer(const ServiceProfile& service) const;
+  /// Waits for the half of a cycle in which Finds are answered by unicast, where the profile says that they
+  /// are answered by multicast in the other one.  [feat_req_someipsd_89]
+  void await_unicast_answers();
   [[nodiscard]] static sd::Entry find_entry(const ServiceProfile& service);
   /// An offer of the service that the device sends by itself; where it does not, the answer to a Find. Ends
   /// the case when there is none.
@@ -270,6 +275,9 @@ class Trial {
 
   [[nodiscard]] bool is_sd(const Packet& packet) const;
   bool answers_find();
+  /// An offer of the first service by multicast, too soon after the one before to be a cyclic one: an answer.
+  /// Who answers by multicast does so only in the second half of a cycle.  [feat_req_someipsd_89, 90]
+  bool is_between_cycles(const SeenEntry& seen);
   bool answers_request();
   bool offers_by_itself();
   /// Whether the device takes a service that it uses: all that one without services answers to.

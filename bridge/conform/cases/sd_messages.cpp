@@ -162,6 +162,7 @@ void add_sd_message_cases(Cases& cases) {
              const auto began = std::chrono::steady_clock::now();
              std::optional<unsigned> last;
              std::int64_t counted = 0;
+             int by_multicast = 0;
              while (true) {
                t.tester.packets().clear();
                for (std::size_t count = 0; count < at_once; ++count) {
@@ -176,9 +177,14 @@ void add_sd_message_cases(Cases& cases) {
                    return seen_now.size() > before;
                  });
                } while (seen_now.size() > before && seen_now.size() < at_once);
+               if (seen_now.empty() && t.profile.policy.multicast_find_answers && ++by_multicast < 3) {
+                 t.await_unicast_answers();  // those by multicast have Session IDs of their own
+                 continue;
+               }
                if (seen_now.empty()) {
                  t.inconclusive("Finds are not answered, so that nothing makes it count this far");
                }
+               by_multicast = 0;
                for (const SeenEntry& seen : seen_now) {
                  const unsigned session = value(seen.header.session);
                  t.require(session != 0, "Session ID", "not 0", "0", seen.packet);

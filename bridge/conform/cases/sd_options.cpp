@@ -77,6 +77,9 @@ struct Channel {
 SeenEntry answer_there(Trial& t, Channel& channel, const SdStimulus& stimulus, sd::EntryType type) {
   const std::size_t since = t.now();
   for (int count = 0; count < 3; ++count) {
+    if (type == sd::EntryType::offer_service) {
+      t.await_unicast_answers();
+    }
     channel.send(t, stimulus);
     if (const auto seen = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
           return one.entry.type == type && one.packet->to == channel.at;

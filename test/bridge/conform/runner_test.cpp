@@ -123,6 +123,26 @@ TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
   EXPECT_EQ(run_cases(with, {&quick}, options()).cases.at(0).outcome.verdict, Verdict::inconclusive);
 }
 
+TEST(Runner, KnowsADeviceThatAnswersFindsByMulticast) {
+  const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers_to_group};
+  Case quick = waiting(30s);
+  quick.run = [](Trial& t) { t.pass(); };
+  Case asks = waiting(30s);
+  asks.run = [](Trial& t) {
+    const ServiceProfile& service = t.profile.service();
+    (void)t.answer_to_find(Trial::find_entry(service), false, service);
+  };
+  Profile with = profile();
+  with.timing.cyclic_offer_delay = 1min;
+  with.timing.answer_within = 300ms;
+  with.timing.ready_within = 100ms;
+  const RunResult result = run_cases(with, {&quick, &asks}, options());
+  EXPECT_EQ(result.cases.at(0).outcome.verdict, Verdict::pass) << result.cases[0].outcome.reason;
+  // That it should be by unicast is for the cases, which say what the profile lacks where it is meant.
+  EXPECT_EQ(result.cases.at(1).outcome.verdict, Verdict::fail);
+  EXPECT_THAT(result.cases[1].outcome.reason, HasSubstr("policy: multicast_find_answers"));
+}
+
 TEST(Runner, DrawsTheSameNumbersForTheSameSeed) {
   const SmallDevice device{SmallDevice::offer(someip::InstanceId{1}), SmallDevice::Way::answers};
   std::vector<std::uint64_t> drawn;

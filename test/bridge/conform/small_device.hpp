@@ -33,6 +33,7 @@ class SmallDevice {
     answers,   ///< to everything
     repeats,   ///< answers, and sends it to who asked last again and again
     to_group,  ///< answers nothing, but repeats it to everybody
+    answers_to_group,
   };
   static constexpr std::uint16_t port = 30490;
   static constexpr someip::ServiceId service{1};
@@ -91,9 +92,9 @@ class SmallDevice {
         dead_ = false;
       }
       last = asked ? from : last;
-      if (way_ == Way::to_group) {
+      if (way_ == Way::to_group || (way_ == Way::answers_to_group && asked)) {
         send(address_of(group_of_test));
-      } else if (asked || (way_ == Way::repeats && last.sin_port != 0)) {
+      } else if ((asked && way_ == Way::answers) || (way_ == Way::repeats && last.sin_port != 0)) {
         send(last);
       }
     }
