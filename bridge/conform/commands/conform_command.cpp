@@ -207,10 +207,16 @@ int list(const Arguments& arguments) {
   return cli::exit_ok;
 }
 
+/// Rules of replay by their own ids, which verdicts from captures and findings of `trestle fuzz` name.
+std::vector<const Case*> rules_named(const std::string& selector) {
+  return selector.starts_with("pcap.") ? choose(replay_rules(), {selector}, Level::tc8)
+                                       : std::vector<const Case*>{};
+}
+
 int explain(const Arguments& arguments) {
   Arguments with_case = arguments;
   std::erase_if(with_case.selectors, [](const std::string& selector) {
-    return without_case(selector) != nullptr ||
+    return without_case(selector) != nullptr || !rules_named(selector).empty() ||
            (in_captures(selector) != nullptr && choose(all_cases(), {selector}, Level::tc8).empty());
   });
   // No selector at all means all cases.
@@ -220,6 +226,9 @@ int explain(const Arguments& arguments) {
     }
   }
   for (const std::string& selector : arguments.selectors) {
+    for (const Case* rule : rules_named(selector)) {
+      fmt::print("{}", explanation(*rule));
+    }
     if (const Tc8Row* row = without_case(selector)) {
       fmt::print("{}", explanation(*row));
     }

@@ -28,8 +28,8 @@ std::optional<IpAddress> address_argument(const char* option, const std::string&
     return std::nullopt;
   }
   const auto address = someip::parse_address(text);
-  if (!address || address->v6) {
-    throw CLI::ValidationError{option, "'" + text + "' is no IPv4 address"};
+  if (!address) {
+    throw CLI::ValidationError{option, "'" + text + "' is no IP address"};
   }
   return address;
 }
@@ -44,6 +44,9 @@ int profile(ProfileArguments& arguments) {
   ProfileWishes wishes{.name = arguments.name,
                        .device = address_argument("--device", arguments.device),
                        .tester = address_argument("--tester", arguments.tester)};
+  if (wishes.device && wishes.tester && wishes.device->v6 != wishes.tester->v6) {
+    throw CLI::ValidationError{"--tester", "and --device must both be IPv4 or both IPv6"};
+  }
   if (std::ranges::any_of(arguments.sources.sources, [](const std::string& source) {
         return generate::form_of(source) == generate::SourceForm::network;
       })) {
@@ -56,8 +59,11 @@ int profile(ProfileArguments& arguments) {
   }
   const WrittenProfile written = write_profile(system.model, wishes);
   if (written.text.empty()) {
-    fmt::print(stderr, "error: no service with an id is offered over IPv4, or subscribed to{}\n",
-               wishes.device ? " by " + arguments.device : "");
+    fmt::print(stderr, "error: no service with an id is offered, or subscribed to{}{}\n",
+               wishes.device ? " by " + arguments.device : "",
+               wishes.discovery
+                   ? wishes.discovery->address.v6 ? ", over IPv6" : ", over IPv4 (for IPv6: --multicast)"
+                   : "");
     return cli::exit_failure;
   }
   if (!written.others.empty()) {

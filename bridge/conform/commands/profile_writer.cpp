@@ -34,6 +34,11 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// For YAML, in which the colons of IPv6 may mean something.
+std::string yaml(IpAddress address) {
+  return address.v6 ? quoted(someip::to_string(address)) : someip::to_string(address);
+}
+
 std::string hex(unsigned number) {
   return fmt::format("{:#06x}", number);
 }
@@ -81,7 +86,7 @@ std::map<std::uint16_t, Group> groups_of(const Service& service) {
   return groups;
 }
 
-std::string eventgroup_lines(const Service& service, const Instance& instance) {
+std::string eventgroup_lines(const Service& service, const Instance& instance, bool v6) {
   std::string all;
   for (const auto& [id, group] : groups_of(service)) {
     all += fmt::format("      - {{id: {}", id);
@@ -93,10 +98,9 @@ std::string eventgroup_lines(const Service& service, const Instance& instance) {
     all += group.has_field ? ", initial_values: true" : "";
     all += group.events.empty() || group.udp ? "" : ", tcp: true";
     for (const describe::Multicast& one : instance.multicast) {
-      if (value(one.eventgroup) == id && one.threshold > 0 && !one.group.address.v6 && one.group.port != 0 &&
-          one.group.address.is_multicast()) {
-        all += fmt::format(", multicast: {{address: {}, port: {}}}", someip::to_string(one.group.address),
-                           one.group.port);
+      if (value(one.eventgroup) == id && one.threshold > 0 && one.group.address.v6 == v6 &&
+          one.group.port != 0 && one.group.address.is_multicast()) {
+        all += fmt::format(", multicast: {{address: {}, port: {}}}", yaml(one.group.address), one.group.port);
         all += one.threshold > 1 ? fmt::format(", multicast_threshold: {}", one.threshold) : "";
         break;
       }
@@ -154,7 +158,17 @@ std::string method_lines(const Service& service) {
   return all;
 }
 
-std::string service_lines(const Service& service, const Instance& instance, std::uint16_t own_port) {
+/// Where nothing tells of methods and eventgroups, as offers alone do not, what most cases need is to be
+/// added.
+std::string missing_lines(const Service& service) {
+  return !groups_of(service).empty() || !method_lines(service).empty()
+             ? std::string{}
+             : "    # Add what most cases need, with the ids that this service has:\n"
+               "    # request: {method: 0x0001, payload: \"00\"}\n"
+               "    # eventgroups: [{id: 1, events: [0x8001]}]\n";
+}
+
+std::string service_lines(const Service& service, const Instance& instance, std::uint16_t own_port, bool v6) {
   std::string all = fmt::format("  - id: {}  # {}\n    instance: {}\n", hex(value(*service.id)),
                                 one_line(describe::full_name(service.scope, service.name)),
                                 instance.id ? value(*instance.id) : 1);
@@ -174,7 +188,7 @@ std::string service_lines(const Service& service, const Instance& instance, std:
   if (instance.udp_port.value_or(0) == 0 && instance.tcp_port.value_or(0) == 0) {
     all += fmt::format("    udp: {}  # a guess: the description has no port\n", own_port);
   }
-  return all + eventgroup_lines(service, instance) + method_lines(service);
+  return all + eventgroup_lines(service, instance, v6) + method_lines(service);
 }
 
 std::string timing_lines(const sd::Timing& timing) {
@@ -212,8 +226,7 @@ using Uses = std::map<someip::ServiceId, Used>;
 std::map<IpAddress, Uses> uses_of(const describe::Model& model) {
   std::map<IpAddress, Uses> all;
   for (const describe::ObservedUse& one : model.observed_uses) {
-    if (!one.client.v6 && someip::names_an_instance(one.instance) &&
-        someip::names_an_eventgroup(one.eventgroup)) {
+    if (someip::names_an_instance(one.instance) && someip::names_an_eventgroup(one.eventgroup)) {
       Used& used = all[one.client].try_emplace(one.service, Used{one.instance, one.major}).first->second;
       std::optional<someip::EventgroupId>& place = one.multicast ? used.multicast
                                                    : one.udp     ? used.udp
@@ -271,9 +284,30 @@ std::string use_lines(const describe::Model& model, const Uses& uses) {
 
 /// Another one in the same subnet, most probably.
 IpAddress beside(IpAddress address) {
-  std::uint8_t& last = address.bytes[3];
-  last = static_cast<std::uint8_t>(last == 254 ? 1 : last + 1);
+  std::uint8_t& last = address.bytes[address.v6 ? 15 : 3];
+  last = static_cast<std::uint8_t>(last >= 254 ? 1 : last + 1);
   return address;
+}
+
+/// A profile is all of IPv4 or all of IPv6: whether a device at this address can be written of.
+bool fits(const std::optional<IpAddress>& address, const ProfileWishes& wishes) {
+  return !address || ((!wishes.tester || wishes.tester->v6 == address->v6) &&
+                      (!wishes.discovery || wishes.discovery->address.v6 == address->v6));
+}
+
+/// Of documentation (RFC 5737, RFC 3849).
+IpAddress example_address(const ProfileWishes& wishes) {
+  const bool v6 = wishes.tester ? wishes.tester->v6 : wishes.discovery && wishes.discovery->address.v6;
+  return v6 ? IpAddress{{0x20, 0x01, 0x0d, 0xb8, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1}, true}
+            : IpAddress::v4(192, 0, 2, 1);
+}
+
+/// Of IPv6 there is no group that everybody uses.
+std::string group_line(const std::optional<IpAddress>& group, bool v6) {
+  if (group && group->v6 == v6 && group->is_multicast()) {
+    return fmt::format("  multicast: {}\n", yaml(*group));
+  }
+  return v6 ? "  multicast: \"ff15::1\"  # a guess: the group of service discovery is not known\n" : "";
 }
 
 }  // namespace
@@ -290,14 +324,16 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
         model.services, [&](const Service& one) { return one.id && describe::is_of(instance, one); });
     const auto address = address_of(model, instance);
     if (instance.role == Instance::Role::provided && service != model.services.end() &&
-        someip::names_a_service(*service->id) && !(address && address->v6)) {
+        someip::names_a_service(*service->id) && fits(address, wishes)) {
       devices[address].push_back({&*service, &instance});
     }
   }
   // Who offers nothing may use something.
   const std::map<IpAddress, Uses> uses = uses_of(model);
   for (const auto& [client, used] : uses) {
-    devices[client];
+    if (fits(client, wishes)) {
+      devices[client];
+    }
   }
   if (devices.empty()) {
     return {};
@@ -319,7 +355,7 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
     }
   }
   const std::optional<IpAddress> known = wishes.device ? wishes.device : chosen->first;
-  const IpAddress device = known.value_or(IpAddress::v4(192, 0, 2, 1));
+  const IpAddress device = known.value_or(example_address(wishes));
   const Instance nothing{};
   const Instance& first = chosen->second.empty() ? nothing : *chosen->second.front().instance;
   const auto machine = std::ranges::find_if(model.machines, [&](const describe::Machine& one) {
@@ -335,9 +371,8 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
                                                         : "Device") +
          "\n";
   all += "network:\n";
-  all += fmt::format("  device: {}{}\n", someip::to_string(device),
-                     known ? "" : "  # a guess: its address is not known");
-  all += fmt::format("  tester: {}{}\n", someip::to_string(wishes.tester.value_or(beside(device))),
+  all += fmt::format("  device: {}{}\n", yaml(device), known ? "" : "  # a guess: its address is not known");
+  all += fmt::format("  tester: {}{}\n", yaml(wishes.tester.value_or(beside(device))),
                      wishes.tester ? "" : "  # a guess: an address of this host in the device's network");
   std::optional<IpAddress> group;
   std::optional<std::uint16_t> port;
@@ -348,9 +383,7 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
     group = machine->sd_multicast;
     port = machine->sd_port;
   }
-  if (group && !group->v6 && group->is_multicast()) {
-    all += fmt::format("  multicast: {}\n", someip::to_string(*group));
-  }
+  all += group_line(group, device.v6);
   if (port.value_or(0) != 0) {
     all += fmt::format("  sd_port: {}\n", *port);
   }
@@ -360,7 +393,8 @@ WrittenProfile write_profile(const describe::Model& model, const ProfileWishes& 
   }
   std::uint16_t guessed_port = 30501;
   for (const Offered& one : chosen->second) {
-    all += service_lines(*one.service, *one.instance, guessed_port++);
+    all += service_lines(*one.service, *one.instance, guessed_port++, device.v6);
+    all += &one == &chosen->second.front() ? missing_lines(*one.service) : "";
   }
   if (const auto own = known ? uses.find(*known) : uses.end(); own != uses.end()) {
     all += use_lines(model, own->second);

@@ -99,6 +99,13 @@ class Conform(unittest.TestCase):
                            + "policy: {multicast_find_answers: true}\n")
         cases = ["sd.find.late-multicast-answer", "sd.find.legacy-multicast-answer"]
         self.assertIn(": 2 pass\n", conform("run", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        # The others ask when the answer is by unicast, or take either.
+        others = ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus", "sd.header.session-wraps"]
+        self.assertIn(": 4 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        # Who answers by unicast nevertheless does what is always right.
+        basic = self.folder / "basic.yaml"
+        basic.write_text(PROFILE.read_text() + "policy: {multicast_find_answers: true}\n")
+        self.assertIn(": 2 pass-nonstrict\n", conform("run", *cases, "--dut", basic, *ADDRESSES, "--out", self.folder))
         text = conform("selftest", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
                        "--fault", "find-needs-unicast-flag", "--every")
         self.assertIn("2 of 2 faults are found; 2 of 2 cases fail with a fault", text)
@@ -308,6 +315,14 @@ class Conform(unittest.TestCase):
                f"--out '{self.folder}' {' '.join('--fault ' + one for one in faults)}")
         done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=250)
         self.assertIn(f"{len(faults)} of {len(faults)} faults are found", done.stdout, done.stderr)
+        # A profile from what is offered there.
+        found = self.folder / "found.yaml"
+        run = (f"{network} && {{ '{pathlib.Path(TRESTLE).parent}/ets_device' --address fd00::1 --multicast ff15::77 --sd-port 30490 "
+               f"--event-group ff15::78 >'{self.folder}/device.log' & }} && for one in 1 2 3 4 5 6 7 8; do '{TRESTLE}' conform profile "
+               f"network:fd00::2 --multicast ff15::77 --for 1.5 --tester fd00::2 -o '{found}' && grep -q 0x0102 '{found}' && break; done; "
+               f"'{TRESTLE}' conform run sd.offer.service --dut '{found}' --out '{self.folder}'; kill %1; wait")
+        done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=150)
+        self.assertIn(": 1 pass", done.stdout, done.stderr)
         # With addresses from the command line.
         profile.write_text(text.replace('"fd00::1"', '"fd00::8"', 1).replace('"fd00::2"', '"fd00::9"', 1))
         run = (f"{network} && '{TRESTLE}' conform run sd.offer.endpoint --dut '{profile}' --device fd00::1 --tester fd00::2 "
@@ -325,6 +340,10 @@ class Conform(unittest.TestCase):
         self.assertIn("SOMEIPSRV_FORMAT_17", text)
         # Of what a capture alone can show, the rule, or why there is none.
         self.assertIn("rule of replay: pcap.rpc.session-counts, ", conform("explain", "feat_req_someip_88"))
+        text = conform("explain", "pcap.udp.size")
+        self.assertIn("pcap.udp.size\n  The device sends no more than 1400 bytes", text)
+        self.assertIn("feat_req_someip_318", text)
+        self.assertIn("pcap.no-such", conform("explain", "pcap.no-such", status=2))
         self.assertIn("no rule of replay: a capture does not tell", conform("explain", "feat_req_someip_700"))
 
     def test_says_why_a_tc8_case_has_no_case(self):

@@ -12,6 +12,7 @@ using describe::Instance;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 const IpAddress device = IpAddress::v4(192, 168, 1, 10);
 const IpAddress other = IpAddress::v4(192, 168, 1, 11);
@@ -154,6 +155,67 @@ TEST(ProfileWriter, WritesWhatAClientUses) {
   EXPECT_EQ(read_back(write_profile(model, {})).device, device);
   model.instances.clear();
   EXPECT_EQ(read_back(write_profile(model, {})).device, client);
+}
+
+IpAddress v6(std::uint8_t last) {
+  return {{0xfd, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, last}, true};
+}
+
+TEST(ProfileWriter, WritesOfDevicesOverIpv6) {
+  const IpAddress group{{0xff, 0x15, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, true};
+  describe::Model model = door();
+  model.instances[2].address = v6(0xfe);
+  model.instances[2].multicast.push_back(
+      {.eventgroup = someip::EventgroupId{1}, .group = {group, 30713}, .threshold = 1});
+  // Its group is a guess, as the one of its machine is of IPv4; so is the tester's address, which stays in
+  // the subnet.
+  const WrittenProfile guessed = write_profile(model, {.device = v6(0xfe)});
+  EXPECT_THAT(guessed.text, HasSubstr("multicast: \"ff15::1\"  # a guess"));
+  const Profile profile = read_back(guessed);
+  EXPECT_EQ(profile.device, v6(0xfe));
+  EXPECT_EQ(profile.tester, v6(1));
+  EXPECT_EQ(profile.service().eventgroups[0].multicast, (Endpoint{group, 30713}));
+  // A profile is all of one kind: what the tester has or where was listened chooses.
+  EXPECT_EQ(read_back(write_profile(model, {.tester = v6(7)})).device, v6(0xfe));
+  const Profile heard = read_back(write_profile(model, {.discovery = Endpoint{group, 30492}}));
+  EXPECT_EQ(heard.device, v6(0xfe));
+  EXPECT_EQ(heard.multicast, group);
+  const WrittenProfile v4 = write_profile(model, {.tester = other});
+  EXPECT_EQ(read_back(v4).device, device);
+  EXPECT_THAT(v4.others, IsEmpty());
+  model.instances = {{.service_id = someip::ServiceId{0x4711}}};
+  EXPECT_TRUE(read_back(write_profile(model, {.tester = v6(7)})).device.v6);
+  // Clients, too.
+  model.instances.clear();
+  model.observed_uses = {{.client = v6(9),
+                          .service = someip::ServiceId{0x4711},
+                          .instance = someip::InstanceId{3},
+                          .major = 2,
+                          .eventgroup = someip::EventgroupId{2},
+                          .udp = true}};
+  EXPECT_EQ(read_back(write_profile(model, {})).device, v6(9));
+  EXPECT_THAT(write_profile(model, {.tester = other}).text, IsEmpty());
+}
+
+TEST(ProfileWriter, SaysWhatToAddWhereOnlyOffersWereSeen) {
+  describe::Model model = door();
+  EXPECT_THAT(write_profile(model, {}).text, Not(HasSubstr("# eventgroups:")));
+  model.services[0].fields.clear();
+  model.services[0].events.clear();
+  EXPECT_THAT(write_profile(model, {}).text, Not(HasSubstr("# eventgroups:")));  // a method is known
+  model.services[0].methods.clear();
+  const std::string text = write_profile(model, {}).text;
+  EXPECT_THAT(text, HasSubstr("    # request: {method: 0x0001, payload: \"00\"}\n"));
+  // As it stands there it is right, and of the first service alone.
+  const auto at = text.find("    # request:");
+  EXPECT_EQ(text.find("# request:", at + 10), std::string::npos);
+  std::string without_comments = text;
+  for (const char* const line : {"    # request:", "    # eventgroups:"}) {
+    without_comments.replace(without_comments.find(line) + 4, 2, "");
+  }
+  const Profile profile = read_back({.text = without_comments});
+  EXPECT_TRUE(profile.service().request);
+  EXPECT_EQ(profile.service().eventgroups.size(), 1U);
 }
 
 TEST(ProfileWriter, WritesNothingWhereNothingIsOffered) {
