@@ -102,10 +102,6 @@ class Conform(unittest.TestCase):
         # The others ask when the answer is by unicast, or take either.
         others = ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus", "sd.header.session-wraps"]
         self.assertIn(": 4 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
-        # Who answers by unicast nevertheless does what is always right.
-        basic = self.folder / "basic.yaml"
-        basic.write_text(PROFILE.read_text() + "policy: {multicast_find_answers: true}\n")
-        self.assertIn(": 2 pass-nonstrict\n", conform("run", *cases, "--dut", basic, *ADDRESSES, "--out", self.folder))
         text = conform("selftest", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
                        "--fault", "find-needs-unicast-flag", "--every")
         self.assertIn("2 of 2 faults are found; 2 of 2 cases fail with a fault", text)

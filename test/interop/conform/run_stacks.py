@@ -5,8 +5,8 @@ after the other, with results in OUT/STACK. Under in_namespaces, from the folder
   build/release/test/interop/in_namespaces python3 test/interop/conform/run_stacks.py build/release/bridge/trestle OUT
 
 The stacks are those of build/peers (`./run setup --peers`; opensomeip only after `build/peers/bin/pip install
-opensomeip==0.2.0`), and with TRESTLE_FIRMWARE=FILE that of examples/cortex_m with the Enhanced Testability Service, in QEMU at a
-tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in docs/stacks.md."""
+opensomeip==0.2.0`), with TRESTLE_VSOMEIP_DEVICE=FILE that of vsomeip_device.cpp, and with TRESTLE_FIRMWARE=FILE that of
+examples/cortex_m with the Enhanced Testability Service, in QEMU at a tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in docs/stacks.md."""
 import json
 import os
 import pathlib
@@ -16,9 +16,11 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 STACKS = {"pysomeip": "someip", "someipy": "someipy", "someipy_events": "someipy", "opensomeip": "opensomeip",
           "scapy": "scapy"}
+VSOMEIP = "vsomeip"
 BOARD = "cortex_m"
 BOARD_PROFILE = HERE.parents[2] / "examples" / "cortex_m" / "profile.yaml"
 FIRMWARE = os.environ.get("TRESTLE_FIRMWARE")
+VSOMEIP_DEVICE = os.environ.get("TRESTLE_VSOMEIP_DEVICE")
 
 arguments, rest = sys.argv[1:], []
 if "--" in arguments:
@@ -43,11 +45,11 @@ os.environ["TRESTLE_QEMU"] = ("-M mps2-an385 -display none -semihosting-config e
                               "-nic tap,ifname=tap0,script=no,downscript=no,model=lan9118 "
                               f"-kernel {FIRMWARE} -pidfile {os.path.abspath(out)}/{BOARD}/qemu.pid")
 status = 0
-for stack in chosen or [*STACKS, *([BOARD] if FIRMWARE else [])]:
+for stack in chosen or [*STACKS, *([VSOMEIP] if VSOMEIP_DEVICE else []), *([BOARD] if FIRMWARE else [])]:
     if stack == BOARD:
         os.makedirs(os.path.join(out, BOARD), exist_ok=True)
         switch_on(os.path.abspath(os.path.join(out, BOARD)))
-    elif subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode != 0:
+    elif stack != VSOMEIP and subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode != 0:
         print(f"skipped: {STACKS[stack]} is not in {os.environ['TRESTLE_PEERS']}")
         continue
     folder = os.path.join(out, stack)
