@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "dds_adapter/participant.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test {
 
@@ -150,7 +151,7 @@ class DdsTest : public testing::Test {
   DdsTest() {
     // Until 2.x and from 3.0 on.
     for (const char* name : {"FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE"}) {
-      setenv(name, TRESTLE_SOURCE_DIR "/test/dds_adapter/no_intraprocess.xml", 1);
+      setenv(name, (test::source_dir() + "/test/dds_adapter/no_intraprocess.xml").c_str(), 1);
     }
   }
 

@@ -7,13 +7,14 @@
 #include <stdexcept>
 
 #include "test/bytes.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::pcaps::capture_file_test {
 namespace {
 using test::hex;
 using testing::HasSubstr;
 
-const std::string captures = TRESTLE_SOURCE_DIR "/pcaps/vsomeip/";
+const std::string captures = test::source_dir() + "/pcaps/vsomeip/";
 
 struct TemporaryFile {
   explicit TemporaryFile(const std::vector<std::byte>& bytes)

@@ -20,6 +20,7 @@
 #include "test/covers.hpp"
 #include "test/replay/recording.hpp"
 #include "test/someip/tp_slots.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::messages_test {
 namespace {
@@ -31,7 +32,7 @@ constexpr IpAddress client_address = IpAddress::v4(10, 0, 0, 2);
 constexpr std::uint16_t sd_port = 30490;
 
 std::string path_of(const std::string& file) {
-  return TRESTLE_SOURCE_DIR "/pcaps/vsomeip/" + file + ".pcap";
+  return test::source_dir() + "/pcaps/vsomeip/" + file + ".pcap";
 }
 
 /// A message of the recording, segments put together, and its bytes as they were sent.
@@ -313,8 +314,7 @@ TEST(RecordedCookies, AreThoseThatWeWouldSend) {
 // Recordings by others that are not kept here.
 TEST(PublicRecordedMessages, AreAnsweredInTheSameWay) {
   const char* const shared = std::getenv("TRESTLE_SHARED_PCAPS");
-  const std::string folder =
-      shared != nullptr ? shared : std::string{TRESTLE_SOURCE_DIR "/../shared/pcaps/public"};
+  const std::string folder = shared != nullptr ? shared : test::source_dir() + "/../shared/pcaps/public";
   for (const auto& [file, calls] : {std::pair{"someip-llm-fuzzer/playground_seed.pcapng", 100},
                                     std::pair{"someip-llm-fuzzer/all_defined_methods_once.pcapng", 14},
                                     std::pair{"nDPI/someip-udp-method-call.pcapng", 1}}) {

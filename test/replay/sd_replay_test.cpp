@@ -12,6 +12,7 @@
 
 #include "test/covers.hpp"
 #include "test/sd/describe.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::sd_replay_test {
 
@@ -278,7 +279,7 @@ ReplayTiming timing_of(const std::string& file) {
 }
 
 std::string path_of(const std::string& file) {
-  return TRESTLE_SOURCE_DIR "/pcaps/vsomeip/" + file + ".pcap";
+  return test::source_dir() + "/pcaps/vsomeip/" + file + ".pcap";
 }
 
 void PrintTo(const Scenario& scenario, std::ostream* out) {
@@ -328,9 +329,8 @@ TEST_P(RecordedDiscovery, IsWhatOurMachineSaysInItsPlace) {
 // A recording by others that is not kept here: its client is started ten times.
 TEST(PublicRecordedDiscovery, IsWhatOurMachineSaysInItsPlace) {
   const char* const folder = std::getenv("TRESTLE_SHARED_PCAPS");
-  const std::string path =
-      (folder != nullptr ? folder : std::string{TRESTLE_SOURCE_DIR "/../shared/pcaps/public"}) +
-      "/someip-llm-fuzzer/playground_seed.pcapng";
+  const std::string path = (folder != nullptr ? folder : test::source_dir() + "/../shared/pcaps/public") +
+                           "/someip-llm-fuzzer/playground_seed.pcapng";
   if (!std::filesystem::exists(path)) {
     GTEST_SKIP() << path << " is not there";
   }

@@ -14,6 +14,7 @@
 #include "someip/wire/payload_writer.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -247,7 +248,7 @@ Written written(const Parameter& p, const json& value) {
 }
 
 std::vector<json> vectors() {
-  std::ifstream file{TRESTLE_SOURCE_DIR "/test/fixtures/commonapi_golden.jsonl"};
+  std::ifstream file{test::source_dir() + "/test/fixtures/commonapi_golden.jsonl"};
   std::vector<json> result;
   for (std::string line; std::getline(file, line);) {
     json vector = json::parse(line);

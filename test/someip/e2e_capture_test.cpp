@@ -27,6 +27,7 @@
 #include "someip/wire/tp.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::someip::e2e {
 namespace {
@@ -52,7 +53,7 @@ struct Event {
 class Events final : public pcaps::TrafficSink {
  public:
   explicit Events(const char* file) {
-    pcaps::CaptureFile capture{std::string{TRESTLE_SOURCE_DIR "/pcaps/vsomeip/"} + file};
+    pcaps::CaptureFile capture{test::source_dir() + "/pcaps/vsomeip/" + file};
     pcaps::Traffic traffic{*this};
     while (const auto frame = capture.next()) {
       traffic.on_frame(*frame);

@@ -10,6 +10,7 @@
 #include "someip/core/stream_parser.hpp"
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -32,7 +33,7 @@ class Collector : public pcaps::TrafficSink {
 };
 
 Streams streams_of(const std::string& name) {
-  pcaps::CaptureFile file{std::string{TRESTLE_SOURCE_DIR "/pcaps/vsomeip/"} + name};
+  pcaps::CaptureFile file{test::source_dir() + "/pcaps/vsomeip/" + name};
   Collector collector;
   pcaps::Traffic traffic{collector};
   while (const auto frame = file.next()) {

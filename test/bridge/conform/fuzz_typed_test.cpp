@@ -9,6 +9,7 @@
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "someip/wire/bytes.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::conform::fuzz_typed_test {
 namespace {
@@ -20,7 +21,7 @@ describe::System system_of(const std::vector<std::string>& files) {
   std::vector<documents::Problem> problems;
   std::vector<std::string> paths;
   std::ranges::transform(files, std::back_inserter(paths),
-                         [](const std::string& one) { return TRESTLE_SOURCE_DIR "/examples/" + one; });
+                         [](const std::string& one) { return test::source_dir() + "/examples/" + one; });
   const auto texts = describe::load_sources(paths, problems);
   EXPECT_TRUE(problems.empty());
   describe::IdLock lock;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bridge/documents/document.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::conform::profile_test {
 namespace {
@@ -42,7 +43,7 @@ TEST(Profile, NeedsLittle) {
 }
 
 TEST(Profile, OfTheReferenceDeviceIsGood) {
-  const auto text = documents::read_text_file(TRESTLE_SOURCE_DIR "/examples/ets_device/profile.yaml");
+  const auto text = documents::read_text_file(test::source_dir() + "/examples/ets_device/profile.yaml");
   ASSERT_TRUE(text);
   const auto profile = read_profile(*text, "profile.yaml");
   ASSERT_TRUE(profile) << testing::PrintToString(errors_of(*text));

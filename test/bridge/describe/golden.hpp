@@ -10,6 +10,7 @@
 
 #include "test/bridge/describe/lowered.hpp"
 #include "test/bytes.hpp"
+#include "test/source_dir.hpp"
 
 /// The bytes of CommonAPI's runtime: each line of ../shared/facts/commonapi_golden.jsonl is a type with its
 /// deployment, a value and its bytes. commonapi_golden.md beside it says how it was made.
@@ -22,8 +23,8 @@ inline std::vector<json> lines() {
   const char* const folder = std::getenv("TRESTLE_FACTS");
   std::vector<json> result;
   for (const std::string& within :
-       {folder != nullptr ? std::string{folder} : std::string{TRESTLE_SOURCE_DIR "/../shared/facts"},
-        std::string{TRESTLE_SOURCE_DIR "/../../shared/facts"}}) {
+       {folder != nullptr ? std::string{folder} : test::source_dir() + "/../shared/facts",
+        test::source_dir() + "/../../shared/facts"}) {
     std::ifstream in{within + "/commonapi_golden.jsonl"};
     for (std::string line; std::getline(in, line);) {
       result.push_back(json::parse(line));

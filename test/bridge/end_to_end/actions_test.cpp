@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::actions_test {
 namespace {
@@ -32,7 +33,7 @@ class ActionsEndToEnd : public ServicesEndToEnd {
  protected:
   void start(const std::string& keys) {
     start_bridge(
-        "types: {paths: [" TRESTLE_SOURCE_DIR
+        "types: {paths: [" + test::source_dir() +
         "/test/bridge/ros/interfaces"
         "]}\n"
         "actions:\n  - {action: /count, type: test_msgs/action/Fibonacci, service: 0x1234, instance: 1, "

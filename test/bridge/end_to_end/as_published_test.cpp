@@ -7,6 +7,7 @@
 #include "test/bridge/end_to_end/bridge_test.hpp"
 #include "test/bridge/end_to_end/log_sink.hpp"
 #include "test/bridge/end_to_end/samples.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::as_published_test {
 namespace {
@@ -64,7 +65,7 @@ class AsPublished : public BridgeTest {
 
 /// The routes of the first configuration in README.md.
 std::string routes_of_readme() {
-  std::ifstream in{TRESTLE_SOURCE_DIR "/README.md"};
+  std::ifstream in{test::source_dir() + "/README.md"};
   std::stringstream all;
   all << in.rdbuf();
   const std::string text = all.str();

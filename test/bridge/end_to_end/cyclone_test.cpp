@@ -9,6 +9,7 @@
 
 #include "test/bridge/end_to_end/services_end_to_end.hpp"
 #include "test/dds_adapter/cyclone_service_peer.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::cyclone_test {
 namespace {
@@ -25,7 +26,7 @@ constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 8
 class CycloneThroughBridge : public ServicesEndToEnd {
  protected:
   void start(const std::string& lists) {
-    start_bridge("types: {paths: [" TRESTLE_SOURCE_DIR "/test/dds_adapter]}\n" + lists);
+    start_bridge("types: {paths: [" + test::source_dir() + "/test/dds_adapter]}\n" + lists);
   }
   void start_route(const std::string& keys) {
     start(

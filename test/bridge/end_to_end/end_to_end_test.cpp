@@ -17,6 +17,7 @@
 #include "test/bytes.hpp"
 #include "test/covers.hpp"
 #include "test/loopback.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::end_to_end_test {
 namespace {
@@ -279,7 +280,7 @@ TEST_F(EndToEnd, CarriesAnEventgroupByMulticast) {
 }
 
 TEST_F(EndToEnd, CarriesRealLidarScansUnchanged) {
-  const std::filesystem::path folder = TRESTLE_SOURCE_DIR "/../shared/data/lidar/ouster-sdk";
+  const std::filesystem::path folder = test::source_dir() + "/../shared/data/lidar/ouster-sdk";
   if (!std::filesystem::exists(folder)) {
     GTEST_SKIP() << "no recorded scans in " << folder;
   }

@@ -6,6 +6,7 @@
 
 #include "someip/net/address_text.hpp"
 #include "test/bridge/end_to_end/rings.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::rings_test {
 namespace {
@@ -202,7 +203,7 @@ TEST_F(Rings, SetAndTellAFieldOnce) {
 
 TEST_F(Rings, DoAnActionOnce) {
   const std::string action =
-      "types: {paths: [" TRESTLE_SOURCE_DIR
+      "types: {paths: [" + test::source_dir() +
       "/test/bridge/ros/interfaces]}\n"
       "actions:\n  - {action: /count, type: test_msgs/action/Fibonacci, service: 1, instance: 1, eventgroup: "
       "1, methods: {send_goal: 0x11, cancel_goal: 0x12, get_result: 0x13}, events: {feedback: 0x8011, "

@@ -8,6 +8,7 @@
 
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/system.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::generate {
 namespace {
@@ -18,7 +19,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 std::string capture(const std::string& name) {
-  return TRESTLE_CAPTURES "/" + name;
+  return test::source_dir() + "/pcaps/vsomeip/" + name;
 }
 
 template <typename Element>
@@ -134,7 +135,7 @@ TEST(ReadCapture, TakesWhatACutCaptureHas) {
 /// Other people's captures, which are not part of this project.
 TEST(ReadCapture, DescribesEveryCaptureThatIsThere) {
   const char* const given = std::getenv("TRESTLE_PCAPS");
-  const std::filesystem::path folder = given != nullptr ? given : TRESTLE_SOURCE_DIR "/../shared/pcaps";
+  const std::filesystem::path folder = given != nullptr ? given : test::source_dir() + "/../shared/pcaps";
   if (!std::filesystem::is_directory(folder)) {
     GTEST_SKIP() << "the captures are not here";
   }

@@ -17,6 +17,7 @@
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/generate/targets.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::generate::round_trip_test {
 namespace {
@@ -33,7 +34,7 @@ struct Interface {
 
 std::vector<Interface> interfaces() {
   std::vector<Interface> all;
-  std::ifstream in{TRESTLE_SOURCE_DIR "/test/bridge/generate/interfaces.txt"};
+  std::ifstream in{test::source_dir() + "/test/bridge/generate/interfaces.txt"};
   std::string* into = nullptr;
   for (std::string line; std::getline(in, line);) {
     if (line.starts_with("== ")) {
@@ -298,7 +299,7 @@ TEST(RoundTrips, LoseNothingThatIsNotInTheList) {
 }
 
 TEST(RoundTrips, HaveEveryKeyOfTheDeploymentSpecifications) {
-  std::ifstream in{TRESTLE_SOURCE_DIR "/test/bridge/generate/interfaces.txt"};
+  std::ifstream in{test::source_dir() + "/test/bridge/generate/interfaces.txt"};
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
   std::vector<std::string> missing;
   for (const std::string& key : describe::fidl::known_keys()) {
@@ -311,7 +312,7 @@ TEST(RoundTrips, HaveEveryKeyOfTheDeploymentSpecifications) {
 
 /// Each kind of thing that a target does not carry has a line in the document.
 TEST(RoundTrips, AreDescribedInTheDocument) {
-  std::ifstream in{TRESTLE_SOURCE_DIR "/docs/describe.md"};
+  std::ifstream in{test::source_dir() + "/docs/describe.md"};
   const std::string document{std::istreambuf_iterator<char>{in}, {}};
   const std::size_t begin = document.find("## What is not carried");
   ASSERT_NE(begin, std::string::npos);

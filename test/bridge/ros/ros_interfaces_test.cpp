@@ -15,6 +15,7 @@
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/convert/support.hpp"
 #include "test/bridge/ros/random_values.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::ros_interfaces_test {
 namespace {
@@ -23,7 +24,7 @@ using namespace trestle::messages;
 using namespace trestle::test;
 namespace fs = std::filesystem;
 
-const fs::path folder = TRESTLE_SOURCE_DIR "/test/bridge/ros";
+const fs::path folder = test::source_dir() + "/test/bridge/ros";
 
 /// A line of golden.txt.
 struct Golden {

@@ -1,4 +1,5 @@
 #include "bridge/carry/config/describe_routes.hpp"
+#include "test/source_dir.hpp"
 
 #include <gmock/gmock.h>
 #include <unistd.h>
@@ -141,7 +142,8 @@ routes:
 TEST_F(DescribeRoutes, TakesTheInterfacesThatItNames) {
   const describe::Reading reading = read(
       "someip: {address: 127.0.0.1}\n"
-      "interfaces: [" TRESTLE_SOURCE_DIR
+      "interfaces: [" +
+      test::source_dir() +
       "/examples/door]\n"
       "generate: all\n");
   ASSERT_TRUE(reading.ok()) << reading.problems[0].text;

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "bridge/carry/config/load.hpp"
+#include "test/source_dir.hpp"
 
 /// The configurations that users copy from must be good ones.
 namespace trestle::test::documents_test {
@@ -54,7 +55,7 @@ std::string completed(const std::string& block) {
 
 TEST(Examples, AreGood) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator{TRESTLE_SOURCE_DIR "/examples"}) {
+  for (const auto& entry : std::filesystem::directory_iterator{test::source_dir() + "/examples"}) {
     if (entry.path().extension() == ".yaml") {
       EXPECT_EQ(problems(load_config(entry.path().string())), "");
       ++count;
@@ -66,7 +67,7 @@ TEST(Examples, AreGood) {
 TEST(Documents, ShowGoodConfigurations) {
   int count = 0;
   for (const char* name : {"docs/configuration.md", "docs/cli.md", "README.md"}) {
-    std::ifstream in{std::filesystem::path{TRESTLE_SOURCE_DIR} / name};
+    std::ifstream in{test::source_dir() + "/" + name};
     const std::string text{std::istreambuf_iterator<char>{in}, {}};
     ASSERT_FALSE(text.empty()) << name;
     for (std::size_t begin = 0; (begin = text.find("```yaml\n", begin)) != std::string::npos;) {
@@ -74,7 +75,7 @@ TEST(Documents, ShowGoodConfigurations) {
       const std::size_t end = text.find("```", begin);
       const std::string block = text.substr(begin, end - begin);
       begin = end;
-      EXPECT_EQ(problems(parse_config(completed(block), TRESTLE_SOURCE_DIR "/docs/block.yaml")), "")
+      EXPECT_EQ(problems(parse_config(completed(block), test::source_dir() + "/docs/block.yaml")), "")
           << name << ":\n"
           << block;
       ++count;
@@ -84,7 +85,7 @@ TEST(Documents, ShowGoodConfigurations) {
 }
 
 TEST(Documents, NameEveryKey) {
-  std::ifstream in{TRESTLE_SOURCE_DIR "/docs/configuration.md"};
+  std::ifstream in{test::source_dir() + "/docs/configuration.md"};
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
   // An unknown key makes the reader list those it knows.
   const auto loaded = parse_config(

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridge/describe/read/fidl/read_fidl.hpp"
+#include "test/source_dir.hpp"
 
 /// The real files that lie beside the project.
 namespace trestle::describe::corpus {
@@ -15,7 +16,7 @@ namespace trestle::describe::corpus {
 /// Their folder; nothing where they are not.
 inline std::optional<std::filesystem::path> folder() {
   const char* named = std::getenv("TRESTLE_CORPORA");
-  const std::filesystem::path source{TRESTLE_SOURCE_DIR};
+  const std::filesystem::path source{test::source_dir()};
   for (const std::filesystem::path& path : {std::filesystem::path{named == nullptr ? "" : named},
                                             source / "../shared/corpora", source / "../../shared/corpora"}) {
     if (!path.empty() && std::filesystem::is_directory(path / "files")) {

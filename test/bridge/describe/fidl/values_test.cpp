@@ -4,6 +4,7 @@
 #include "test/bridge/describe/fidl/corpus.hpp"
 #include "test/bridge/describe/lowered.hpp"
 #include "test/bridge/describe/random_values.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -63,7 +64,7 @@ Tally carry(const std::filesystem::path& file) {
 TEST(ImportedValues, OfTheExamplesSurvive) {
   for (const char* file : {"/examples/door/Door.fdepl", "/examples/seat/Seat.fdepl"}) {
     SCOPED_TRACE(file);
-    const Tally tally = carry(TRESTLE_SOURCE_DIR + std::string{file});
+    const Tally tally = carry(test::source_dir() + std::string{file});
     EXPECT_GE(tally.tried, 60U);
     EXPECT_EQ(tally.carried, tally.tried);
   }

@@ -10,6 +10,7 @@
 #include "sd/wire/message.hpp"
 #include "someip/wire/tp.hpp"
 #include "test/bytes.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::pcaps::reencode_test {
 namespace {
@@ -19,9 +20,9 @@ using test::to_hex;
 std::vector<std::string> captures() {
   const char* given = std::getenv("TRESTLE_SHARED_PCAPS");
   const fs::path shared =
-      given != nullptr ? fs::path{given} : fs::path{TRESTLE_SOURCE_DIR "/../shared/pcaps/public"};
+      given != nullptr ? fs::path{given} : fs::path{test::source_dir() + "/../shared/pcaps/public"};
   std::vector<std::string> found;
-  for (const fs::path& folder : {fs::path{TRESTLE_SOURCE_DIR "/pcaps"}, shared}) {
+  for (const fs::path& folder : {fs::path{test::source_dir() + "/pcaps"}, shared}) {
     if (!fs::is_directory(folder)) {
       continue;
     }
@@ -121,7 +122,7 @@ INSTANTIATE_TEST_SUITE_P(All, Captures, testing::ValuesIn(captures()),
 
 TEST(Captures, OfTheProjectHoldAsMuchAsTheirReadmeSays) {
   const auto count = [](const char* name) {
-    CaptureFile file{std::string{TRESTLE_SOURCE_DIR "/pcaps/vsomeip/"} + name};
+    CaptureFile file{test::source_dir() + "/pcaps/vsomeip/" + name};
     Reencode reencode;
     Traffic traffic{reencode};
     while (const auto frame = file.next()) {

@@ -9,6 +9,7 @@
 
 #include "bridge/cli/terminal.hpp"
 #include "bridge/measure/demo/screen.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::test::figures_test {
 namespace {
@@ -359,7 +360,7 @@ TEST(DemoFigures, BecomeTheJsonThatIsDocumented) {
 }
 
 TEST(DemoFigures, AreAllDocumented) {
-  std::ifstream in{TRESTLE_SOURCE_DIR "/docs/demo.md"};
+  std::ifstream in{test::source_dir() + "/docs/demo.md"};
   const std::string text{std::istreambuf_iterator<char>{in}, {}};
   const auto figures = Figures{}.to_json();
   for (const auto& [key, value] : figures.items()) {

@@ -11,6 +11,7 @@
 #include "test/allocations.hpp"
 #include "test/bridge/messages/convert/support.hpp"
 #include "test/covers.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::messages::conversion_plan_test {
 namespace {
@@ -403,7 +404,7 @@ TEST(CheckType, AnswersForAConfiguration) {
   EXPECT_EQ(check_type("sensor_msgs/msg/PointCloud2", {}), "");
   EXPECT_EQ(check_type("sensor_msgs/msg/PointCloud3", {}),
             "unknown type sensor_msgs/msg/PointCloud3: not among the built-in ones");
-  EXPECT_EQ(check_type("oracle_msgs/Nested", {.folders = {TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}}),
+  EXPECT_EQ(check_type("oracle_msgs/Nested", {.folders = {test::source_dir() + "/test/bridge/oracle/msgs"}}),
             "");
 }
 

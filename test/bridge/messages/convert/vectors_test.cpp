@@ -6,6 +6,7 @@
 #include "test/bridge/messages/convert/cdr_walk.hpp"
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/convert/support.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::messages::vectors_test {
 namespace {
@@ -24,7 +25,7 @@ const std::vector<Vector>& vectors() {
     std::vector<Vector> result;
     // Those that stand in the repository, and others made while building.
     for (const char* const file :
-         {TRESTLE_SOURCE_DIR "/test/bridge/oracle/vectors.txt", TRESTLE_FRESH_VECTORS}) {
+         {test::source_dir() + "/test/bridge/oracle/vectors.txt", TRESTLE_FRESH_VECTORS}) {
       std::ifstream in{file};
       for (std::string line; std::getline(in, line);) {
         std::istringstream words{line};
@@ -45,7 +46,7 @@ const std::vector<Vector>& vectors() {
 }
 
 TypeLibrary library() {
-  return TypeLibrary{{TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}};
+  return TypeLibrary{{test::source_dir() + "/test/bridge/oracle/msgs"}};
 }
 
 /// Calls `check` with each vector and its plan, and names it when the check fails.

@@ -6,6 +6,7 @@
 
 #include "test/bridge/messages/convert/profiles.hpp"
 #include "test/bridge/messages/values/support.hpp"
+#include "test/source_dir.hpp"
 
 namespace trestle::messages::round_trip_test {
 namespace {
@@ -50,7 +51,7 @@ bool has_empty_message(const TypeTree& tree) {
 
 template <typename Check>
 void for_each_message(const Check& check) {
-  TypeLibrary library{{TRESTLE_SOURCE_DIR "/test/bridge/oracle/msgs"}};
+  TypeLibrary library{{test::source_dir() + "/test/bridge/oracle/msgs"}};
   std::map<std::pair<std::string, std::string>, MessageValues> known;
   const auto builtin = TypeLibrary::builtin_names();
   const auto is_message = [](const std::string& name) { return name.find("/msg/") != std::string::npos; };
