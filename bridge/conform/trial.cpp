@@ -199,25 +199,44 @@ SeenEntry Trial::offer(const ServiceProfile& service) {
   return answer_to_find(find_entry(service), true, service);
 }
 
-Trial::EntryIs Trial::is_find_answer(const ServiceProfile& service) const {
+Trial::EntryIs Trial::is_find_answer(const ServiceProfile& service) {
   return [this, is_one = is_offer(service)](const SeenEntry& seen) {
-    // A cyclic offer at the same moment is no answer; it is by multicast, and answers are not.
-    return is_one(seen) && (seen.packet->to == tester.sd() || profile.policy.multicast_find_answers);
+    // A cyclic offer at the same moment is no answer.
+    return is_one(seen) && (seen.packet->to == tester.sd() ||
+                            (profile.policy.multicast_find_answers &&
+                             (!profile.timing.cyclic_offer_delay || is_between_cycles(seen))));
   };
 }
 
+std::optional<WallTime> Trial::last_offer_by_multicast(WallTime before) {
+  auto& packets = tester.packets();
+  const auto last = std::find_if(packets.rbegin(), packets.rend(), [&](Packet& one) {
+    return !one.sent && one.to == tester.sd_group() && one.time < before &&
+           std::ranges::any_of(entries_of(one), is_offer(profile.service()));
+  });
+  return last != packets.rend() ? std::optional{last->time} : std::nullopt;
+}
+
 void Trial::await_unicast_answers() {
-  if (const auto cycle = profile.timing.cyclic_offer_delay; cycle && profile.policy.multicast_find_answers) {
-    (void)await_entry(now(), 2 * *cycle, [&](const SeenEntry& seen) {
-      return is_offer(profile.service())(seen) && seen.packet->to == tester.sd_group();
-    });
+  const auto cycle = profile.timing.cyclic_offer_delay;
+  if (!cycle || !profile.policy.multicast_find_answers) {
+    return;
   }
+  tester.receive(Duration{0}, [] { return false; });
+  const WallTime present = std::chrono::system_clock::now();
+  if (const auto last = last_offer_by_multicast(present); last && present - *last < *cycle / 4) {
+    return;
+  }
+  (void)await_entry(now(), 2 * *cycle, [&](const SeenEntry& seen) {
+    return is_offer(profile.service())(seen) && seen.packet->to == tester.sd_group();
+  });
 }
 
 SeenEntry Trial::answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
                                 std::uint8_t flags) {
   const std::size_t since = now();
   for (int count = 0; count < tries; ++count) {
+    await_unicast_answers();
     send_sd({.entries = {find}, .flags = flags}, multicast, "FindService");
     if (auto seen = await_entry(since, profile.timing.answer_within, is_find_answer(service))) {
       comment(seen->packet, "the answer");
@@ -240,12 +259,8 @@ bool Trial::is_between_cycles(const SeenEntry& seen) {
   if (!cycle || seen.packet->to != tester.sd_group()) {
     return false;
   }
-  auto& packets = tester.packets();
-  const auto before = std::find_if(packets.rbegin(), packets.rend(), [&](Packet& one) {
-    return !one.sent && one.to == seen.packet->to && one.time < seen.packet->time &&
-           std::ranges::any_of(entries_of(one), is_offer(profile.service()));
-  });
-  return before != packets.rend() && seen.packet->time - before->time < *cycle * 3 / 4;
+  const auto before = last_offer_by_multicast(seen.packet->time);
+  return before && seen.packet->time - *before < *cycle * 3 / 4;
 }
 
 const EventgroupProfile& Trial::eventgroup(bool (*is_one)(const EventgroupProfile&)) {

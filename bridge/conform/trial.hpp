@@ -126,10 +126,12 @@ class Trial {
   void send_sd(const SdStimulus& stimulus, bool multicast = false, const char* what = "stimulus");
 
   [[nodiscard]] static EntryIs is_offer(const ServiceProfile& service);
-  /// An offer that answers to a Find: by unicast, unless the profile says otherwise.
-  [[nodiscard]] EntryIs is_find_answer(const ServiceProfile& service) const;
-  /// Waits for the half of a cycle in which Finds are answered by unicast, where the profile says that they
-  /// are answered by multicast in the other one.  [feat_req_someipsd_89]
+  /// An offer that answers to a Find: by unicast; where the profile says that it may come by multicast, one
+  /// between two cyclic ones, too.
+  [[nodiscard]] EntryIs is_find_answer(const ServiceProfile& service);
+  /// Waits for the beginning of a cycle, where the profile says that Finds may be answered by multicast: in
+  /// the first half they are answered by unicast, and no cyclic offer looks like an answer.
+  /// [feat_req_someipsd_89]
   void await_unicast_answers();
   [[nodiscard]] static sd::Entry find_entry(const ServiceProfile& service);
   /// An offer of the service that the device sends by itself; where it does not, the answer to a Find. Ends
@@ -275,6 +277,7 @@ class Trial {
 
   [[nodiscard]] bool is_sd(const Packet& packet) const;
   bool answers_find();
+  std::optional<WallTime> last_offer_by_multicast(WallTime before);
   /// An offer of the first service by multicast, too soon after the one before to be a cyclic one: an answer.
   /// Who answers by multicast does so only in the second half of a cycle.  [feat_req_someipsd_89, 90]
   bool is_between_cycles(const SeenEntry& seen);

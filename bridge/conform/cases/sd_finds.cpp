@@ -197,6 +197,7 @@ void add_sd_find_cases(Cases& cases) {
              }
              const std::size_t since = t.now();
              for (int count = 0; count < 3; ++count) {
+               t.await_unicast_answers();
                t.send_sd(find, true);
                if (t.await_entry(since, t.profile.timing.answer_within, t.is_find_answer(service))) {
                  return;

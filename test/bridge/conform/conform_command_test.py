@@ -100,11 +100,13 @@ class Conform(unittest.TestCase):
         cases = ["sd.find.late-multicast-answer", "sd.find.legacy-multicast-answer"]
         self.assertIn(": 2 pass\n", conform("run", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder))
         # The others ask when the answer is by unicast, or take either.
-        others = ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus", "sd.header.session-wraps"]
-        self.assertIn(": 4 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
-        text = conform("selftest", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
+        either = ["sd.find.multicast", "sd.find.unicast-flag-clear"]
+        others = either + ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus", "sd.header.session-wraps"]
+        self.assertIn(": 6 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        # A cyclic offer is not taken for an answer.
+        text = conform("selftest", *cases, *either, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
                        "--fault", "find-needs-unicast-flag", "--every")
-        self.assertIn("2 of 2 faults are found; 2 of 2 cases fail with a fault", text)
+        self.assertIn("2 of 2 faults are found; 4 of 4 cases fail with a fault", text)
 
     def test_writes_what_it_has_when_it_is_interrupted(self):
         run = subprocess.Popen([TRESTLE, "conform", "run", "--dut", PROFILE, *ADDRESSES, "--seed", "3", "--out", self.folder],

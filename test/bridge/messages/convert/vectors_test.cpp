@@ -24,8 +24,8 @@ const std::vector<Vector>& vectors() {
   static const std::vector<Vector> all = [] {
     std::vector<Vector> result;
     // Those that stand in the repository, and others made while building.
-    for (const char* const file :
-         {test::source_dir() + "/test/bridge/oracle/vectors.txt", TRESTLE_FRESH_VECTORS}) {
+    for (const std::string& file :
+         {test::source_dir() + "/test/bridge/oracle/vectors.txt", std::string{TRESTLE_FRESH_VECTORS}}) {
       std::ifstream in{file};
       for (std::string line; std::getline(in, line);) {
         std::istringstream words{line};
