@@ -208,11 +208,15 @@ Trial::EntryIs Trial::is_find_answer(const ServiceProfile& service) {
   };
 }
 
+bool Trial::is_offer_by_multicast(Packet& packet) {
+  return !packet.sent && packet.to == tester.sd_group() &&
+         std::ranges::any_of(entries_of(packet), is_offer(profile.service()));
+}
+
 std::optional<WallTime> Trial::last_offer_by_multicast(WallTime before) {
   auto& packets = tester.packets();
   const auto last = std::find_if(packets.rbegin(), packets.rend(), [&](Packet& one) {
-    return !one.sent && one.to == tester.sd_group() && one.time < before &&
-           std::ranges::any_of(entries_of(one), is_offer(profile.service()));
+    return one.time < before && is_offer_by_multicast(one);
   });
   return last != packets.rend() ? std::optional{last->time} : std::nullopt;
 }
@@ -223,12 +227,27 @@ void Trial::await_unicast_answers() {
     return;
   }
   tester.receive(Duration{0}, [] { return false; });
+  // The last one a cycle after the one before: others are answers, or of the repetition phase.
+  std::optional<WallTime> before;
+  std::optional<WallTime> cyclic;
+  for (Packet& one : tester.packets()) {
+    if (is_offer_by_multicast(one)) {
+      if (before && one.time - *before > *cycle * 3 / 4) {
+        cyclic = one.time;
+      }
+      before = one.time;
+    }
+  }
   const WallTime present = std::chrono::system_clock::now();
-  if (const auto last = last_offer_by_multicast(present); last && present - *last < *cycle / 4) {
+  if (cyclic && present - *cyclic < *cycle / 4) {
     return;
   }
-  (void)await_entry(now(), 2 * *cycle, [&](const SeenEntry& seen) {
-    return is_offer(profile.service())(seen) && seen.packet->to == tester.sd_group();
+  (void)await_entry(now(), 4 * *cycle, [&](const SeenEntry& seen) {
+    if (!is_offer(profile.service())(seen) || seen.packet->to != tester.sd_group()) {
+      return false;
+    }
+    const auto last = std::exchange(before, seen.packet->time);
+    return last && seen.packet->time - *last > *cycle * 3 / 4;
   });
 }
 

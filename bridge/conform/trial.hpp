@@ -277,6 +277,7 @@ class Trial {
 
   [[nodiscard]] bool is_sd(const Packet& packet) const;
   bool answers_find();
+  bool is_offer_by_multicast(Packet& packet);
   std::optional<WallTime> last_offer_by_multicast(WallTime before);
   /// An offer of the first service by multicast, too soon after the one before to be a cyclic one: an answer.
   /// Who answers by multicast does so only in the second half of a cycle.  [feat_req_someipsd_89, 90]

@@ -283,7 +283,7 @@ void change(ValueTree& value, Random& random) {
   }
   switch (shape.kind) {
     case Kind::text:
-      if (random.chance(40)) {
+      if (random.chance(70)) {
         value.flaw = random.pick(std::array{Flaw::no_bom, Flaw::no_terminator, Flaw::bare});
         return;
       }

@@ -105,6 +105,13 @@ class Channel final : public TlsChannel {
       throw std::bad_alloc{};
     }
     if (own == StreamEnd::server) {
+      // In TLS 1.3 a key is a session that is gone on with: who verifies takes none without a context, which
+      // a client must not have.
+      constexpr std::array<unsigned char, 7> name{'t', 'r', 'e', 's', 't', 'l', 'e'};
+      if (SSL_set_session_id_context(ssl_.get(), name.data(), name.size()) != 1) {
+        ERR_clear_error();
+        throw std::bad_alloc{};
+      }
       SSL_set_accept_state(ssl_.get());
     } else {
       SSL_set_connect_state(ssl_.get());
@@ -352,12 +359,6 @@ class Context final : public TlsContext {
     }
     // A server that does not know the key may offer a certificate instead: none is trusted.
     SSL_CTX_set_verify(context, SSL_VERIFY_PEER, nullptr);
-    // In TLS 1.3 a key is a session that is gone on with; a server that verifies takes none without a
-    // context.
-    constexpr std::array<unsigned char, 7> name{'t', 'r', 'e', 's', 't', 'l', 'e'};
-    if (SSL_CTX_set_session_id_context(context, name.data(), name.size()) != 1) {
-      throw std::invalid_argument{"psk: " + last_error()};
-    }
     SSL_CTX_set_psk_client_callback(
         context,
         [](SSL* ssl, const char*, char* identity, unsigned identity_size, unsigned char* key,

@@ -61,6 +61,13 @@ class Examples(unittest.TestCase):
         self.assertRegex(out, r"\Ano greeting: nobody offers the service\n42 / 6: nobody offers the service.*\n"
                               r"42 / 0: nobody offers the service.*\n\Z")
 
+    def test_a_guarded_service_answers_no_stranger(self):
+        with Serving("guarded_service", 8):
+            status, out, errors = output("hello_client", 9)
+        self.assertEqual((status, errors), (0, ""))
+        self.assertRegex(out, r"\Ano greeting: .*\n42 / 6: .*\n42 / 0: ")
+        self.assertNotIn("= 7", out)
+
     def test_publish_and_subscribe(self):
         with Serving("publish", 4):
             status, out, errors = output("subscribe", 5)

@@ -72,9 +72,7 @@ class Fuzz(unittest.TestCase):
                 self.assertIn("nothing is wrong", self.fuzz("--replay", capture))
 
     def test_finds_by_type_what_is_wrong_in_the_values_of_a_method(self):
-        self.fuzz("--seconds", 40, "--sequences", 20_000, "--fault", "bug-text", "--max-findings", 4,
-                  "--interfaces", *INTERFACES, status=1)
-        # On a machine that is busy with other things, the device may be silent for a while, too.
+        self.fuzz("--seconds", 200, "--fault", "bug-text", "--max-findings", 1, "--interfaces", *INTERFACES, status=1)
         crashes = [one for one in self.results()["findings"] if one["kind"] == "crash"]
         self.assertTrue(crashes, self.results()["findings"])
         self.assertIn("efbbbf", crashes[0]["steps"][-1]["bytes"])

@@ -130,7 +130,7 @@ TEST_F(Tls, CarriesCallsAndEvents) {
     start(by_key ? keys().psk() : keys().of("server"), by_key ? keys().psk() : keys().of("client"));
     outcomes.clear();
     events.clear();
-    for (const std::size_t size : {0, 1, 1400, 20'000, 3'000'000}) {
+    for (const std::size_t size : {0U, 1U, 1400U, 20'000U, 3'000'000U}) {
       call(numbers(size));
     }
     ASSERT_TRUE(run_until([&] { return outcomes.size() == 5; }));

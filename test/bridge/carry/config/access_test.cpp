@@ -69,12 +69,13 @@ TEST(AccessKeys, AllowEverythingUnlessGiven) {
 }
 
 TEST(AccessKeys, HaveTheirMistakesToldWithTheirPlaces) {
-  EXPECT_THAT(problems_of(with_access("    peers: [10.1.2.3/16]\n")),
-              ElementsAre("b.yaml:4:13: error: peers: expected an address or a subnet such as 192.168.10.5, "
-                          "192.168.10.0/24 or fd00::/8, with no bits behind the prefix, found '10.1.2.3/16'",
-                          "b.yaml:4:12: error: peers: names nobody; leave it out to allow everybody"));
+  EXPECT_THAT(
+      problems_of(with_access("    peers: [10.1.2.3/16]\n")),
+      ElementsAre("b.yaml:4:12: error: peers: names nobody; leave it out to allow everybody",
+                  "b.yaml:4:13: error: peers: expected an address or a subnet such as 192.168.10.5, "
+                  "192.168.10.0/24 or fd00::/8, with no bits behind the prefix, found '10.1.2.3/16'"));
   EXPECT_THAT(problems_of(with_access("    peers: []\n")),
-              ElementsAre("b.yaml:4:5: error: peers: names nobody; leave it out to allow everybody"));
+              ElementsAre("b.yaml:4:12: error: peers: names nobody; leave it out to allow everybody"));
   EXPECT_THAT(problems_of(with_access("    peers: [fd00::/8]\n")),
               ElementsAre("b.yaml:4:12: error: peers: fd00::/8 is not of the IP version of the address of "
                           "someip"));
@@ -82,10 +83,10 @@ TEST(AccessKeys, HaveTheirMistakesToldWithTheirPlaces) {
               ElementsAre("b.yaml:4:13: error: others: expected one of allow, deny, found 'perhaps'"));
   EXPECT_THAT(
       problems_of(with_access("    rules:\n      - {allow: [offer], methods: [1], peers: [10.0.0.2]}\n")),
-      ElementsAre("b.yaml:5:26: error: methods: is for rules that allow call"));
+      ElementsAre("b.yaml:5:35: error: methods: is for rules that allow call"));
   EXPECT_THAT(
       problems_of(with_access("    rules:\n      - {allow: [call], eventgroups: [1], peers: [10.0.0.2]}\n")),
-      ElementsAre("b.yaml:5:25: error: eventgroups: is for rules that allow subscribe"));
+      ElementsAre("b.yaml:5:38: error: eventgroups: is for rules that allow subscribe"));
   EXPECT_THAT(
       problems_of(with_access("    rules:\n      - {service: 0x2000-0x1000, peers: []}\n")),
       ElementsAre("b.yaml:5:19: error: service: expected an id from 0x0001 to 0xfffe, or a range such "
@@ -131,7 +132,7 @@ TEST(TlsKeys, HaveTheirMistakesToldWithTheirPlaces) {
     return;
   }
   EXPECT_THAT(problems_of(with_tls("{psk_identity: a, psk_key: none.hex}")),
-              ElementsAre("b.yaml:3:36: error: psk_key: there is no file 'none.hex'"));
+              ElementsAre("b.yaml:3:35: error: psk_key: there is no file 'none.hex'"));
   EXPECT_THAT(problems_of(with_tls("{psk_identity: a}")),
               ElementsAre("b.yaml:3:8: error: tls: needs both psk_identity and psk_key"));
   EXPECT_THAT(

@@ -196,6 +196,8 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
                                         node.max_waiting_discovery,
                                         node.max_udp_receive_bytes,
                                         node.reassembly_protected_rate,
+                                        node.max_tcp_connects_per_second,
+                                        node.max_requests_per_second,
                                         ns(node.reassembly_timeout),
                                         ns(node.tcp_message_timeout),
                                         ns(node.tcp_unanswered_timeout),
