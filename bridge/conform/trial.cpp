@@ -253,6 +253,7 @@ void Trial::await_unicast_answers() {
 
 SeenEntry Trial::answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
                                 std::uint8_t flags) {
+  await_unicast_answers();
   const std::size_t since = now();
   for (int count = 0; count < tries; ++count) {
     await_unicast_answers();

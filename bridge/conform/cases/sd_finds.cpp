@@ -195,6 +195,7 @@ void add_sd_find_cases(Cases& cases) {
              for (std::uint16_t port = 40'000; port < 40'010; ++port) {
                find.options.push_back(endpoint_option({t.profile.tester, port}, Transport::udp));
              }
+             t.await_unicast_answers();
              const std::size_t since = t.now();
              for (int count = 0; count < 3; ++count) {
                t.await_unicast_answers();

@@ -318,7 +318,7 @@ class Conform(unittest.TestCase):
         run = (f"{network} && {{ '{pathlib.Path(TRESTLE).parent}/ets_device' --address fd00::1 --multicast ff15::77 --sd-port 30490 "
                f"--event-group ff15::78 >'{self.folder}/device.log' & }} && for one in 1 2 3 4 5 6 7 8; do '{TRESTLE}' conform profile "
                f"network:fd00::2 --multicast ff15::77 --for 1.5 --tester fd00::2 -o '{found}' && grep -q 0x0102 '{found}' && break; done; "
-               f"'{TRESTLE}' conform run sd.offer.service --dut '{found}' --out '{self.folder}'; kill %1; wait")
+               f"'{TRESTLE}' conform run sd.offer.service --dut '{found}' --out '{self.folder}'; kill $!; wait")
         done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=600)
         self.assertIn(": 1 pass", done.stdout, done.stderr)
         # With addresses from the command line.
