@@ -183,8 +183,10 @@ class Channel final : public TlsChannel {
     }
     for (const iovec& part : parts) {
       const std::size_t size = std::min(part.iov_len, record_bytes - waiting_);
-      std::memcpy(record_.get() + waiting_, part.iov_base, size);
-      waiting_ += size;
+      if (size > 0) {  // an empty part has no place
+        std::memcpy(record_.get() + waiting_, part.iov_base, size);
+        waiting_ += size;
+      }
     }
     const auto taken = static_cast<ssize_t>(waiting_);
     if (!flush() && errno != EAGAIN) {
