@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "bridge/carry/config/load_access.hpp"
+
 namespace trestle::carry {
 namespace {
 
@@ -129,14 +131,11 @@ void eventgroups(const std::vector<RouteInFile>& routes, bool ipv6, documents::P
   }
 }
 
-/// Peers of the other IP version would never come.
 template <typename InFile>
 void peers(const InFile& in_file, const std::vector<sd::Subnet>& peers, bool ipv6,
            documents::Problems& problems) {
-  const auto other = std::ranges::find(peers, !ipv6, [](const sd::Subnet& one) { return one.address.v6; });
-  if (other != peers.end() && in_file.good.contains("peers")) {
-    problems.error(in_file.good.find("peers")->second,
-                   "peers: " + sd::to_string(*other) + " is not of the IP version of the address of someip");
+  if (const auto found = in_file.good.find("peers"); found != in_file.good.end()) {
+    check_peers(found->second, peers, ipv6, problems);
   }
 }
 

@@ -34,15 +34,6 @@ documents::Format<bool> allow_or_deny() {
   return documents::one_of<bool>({{"allow", true}, {"deny", false}});
 }
 
-void check_version(const documents::Section& section, const std::vector<sd::Subnet>& peers, bool v6,
-                   documents::Problems& problems) {
-  const auto other = std::ranges::find(peers, !v6, [](const sd::Subnet& one) { return one.address.v6; });
-  if (other != peers.end()) {
-    problems.error(section.value_mark("peers"),
-                   "peers: " + to_string(*other) + " is not of the IP version of the address of someip");
-  }
-}
-
 sd::AccessRule load_rule(const YAML::Node& node, bool v6, documents::Problems& problems) {
   sd::AccessRule rule;
   documents::Section section{node, "rule", problems};
@@ -73,7 +64,7 @@ sd::AccessRule load_rule(const YAML::Node& node, bool v6, documents::Problems& p
                    "nobody may");
   }
   section.read_list("peers", subnet(), rule.peers, marks);
-  check_version(section, rule.peers, v6, problems);
+  check_peers(section.value_mark("peers"), rule.peers, v6, problems);
   section.finish();
   return rule;
 }
@@ -88,6 +79,15 @@ bool load_peers(documents::Section& section, std::vector<sd::Subnet>& into, docu
     problems.error(section.use_mark("peers"), "peers: names nobody; leave it out to allow everybody");
   }
   return !into.empty();
+}
+
+void check_peers(documents::Mark mark, const std::vector<sd::Subnet>& peers, bool v6,
+                 documents::Problems& problems) {
+  const auto other = std::ranges::find(peers, !v6, [](const sd::Subnet& one) { return one.address.v6; });
+  if (other != peers.end()) {
+    problems.error(mark,
+                   "peers: " + to_string(*other) + " is not of the IP version of the address of someip");
+  }
 }
 
 void load_tls(documents::Section& someip, const std::string& file, std::optional<someip::TlsSettings>& into,
@@ -137,7 +137,7 @@ void load_access(documents::Section& someip, bool v6, sd::AccessControl& into,
   }
   documents::Section access{node, "access", problems};
   if (load_peers(access, into.peers, problems)) {
-    check_version(access, into.peers, v6, problems);
+    check_peers(access.value_mark("peers"), into.peers, v6, problems);
   }
   access.read("refused_calls", documents::one_of<bool>({{"answer", true}, {"drop", false}}),
               into.answer_calls);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/documents/problem.hpp"
 #include "sd/net/access.hpp"
 #include "someip/net/tls.hpp"
 
@@ -25,5 +26,10 @@ void load_tls(documents::Section& someip, const std::string& file, std::optional
 /// Reads `peers`: addresses and subnets, which may be missing but not be none. True if they are there and
 /// good.
 bool load_peers(documents::Section& section, std::vector<sd::Subnet>& into, documents::Problems& problems);
+
+/// Tells of peers of the other IP version than that of our address: they would never come.
+/// @param v6  the version of our address.
+void check_peers(documents::Mark mark, const std::vector<sd::Subnet>& peers, bool v6,
+                 documents::Problems& problems);
 
 }  // namespace trestle::carry
