@@ -432,9 +432,9 @@ TEST(ReadFidl, FindsFilesBelowTheFoldersOfTheirImporter) {
     const std::string text = std::string{"package p import q.* from \""} + import +
                              "\" interface I { version { major 1 minor 0 } attribute T.Speed s }";
     const Reading reading =
-        read({{"/work/idl/car/I.fidl", text}, {"/work/idl/org/T.fidl", types}}, {"/work/idl/car/I.fidl"});
+        read({{"/idl/car/I.fidl", text}, {"/idl/org/T.fidl", types}}, {"/idl/car/I.fidl"});
     EXPECT_THAT(told(reading), IsEmpty()) << import;
-    EXPECT_THAT(reading.model.files, ElementsAre("/work/idl/car/I.fidl", "/work/idl/org/T.fidl"));
+    EXPECT_THAT(reading.model.files, ElementsAre("/idl/car/I.fidl", "/idl/org/T.fidl"));
   }
 }
 
