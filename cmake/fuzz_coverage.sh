@@ -22,21 +22,21 @@ parsers=(
 )
 
 if [[ ! -f $build/build.ninja ]]; then
-  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS_DEBUG="-O1 -g1" \
-    -DCMAKE_CXX_FLAGS="-fprofile-instr-generate -fcoverage-mapping" -DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=lld -DCMAKE_CXX_COMPILER_LAUNCHER=ccache \
-    -DTRESTLE_FUZZ=ON -DTRESTLE_TESTS=OFF >"$build.log" 2>&1 || { tail -n 30 "$build.log"; exit 1; }
+  (cd "$root" && cmake --preset asan -B "$build" -DTRESTLE_SANITIZE= -DTRESTLE_TESTS=OFF \
+    -DCMAKE_CXX_FLAGS="-fprofile-instr-generate -fcoverage-mapping") >"$build.log" 2>&1 || { tail -n 30 "$build.log"; exit 1; }
 fi
 cmake --build "$build" --target fuzz/all -- -j "$jobs" >"$build.log" 2>&1 || { tail -n 30 "$build.log"; exit 1; }
 
 rm -rf "$build/profiles"
 mkdir -p "$build/profiles"
-objects=()
+objects=()  # the first without -object
 for program in "$build"/fuzz/fuzz_*; do
   [[ -f $program && -x $program ]] || continue
   name=$(basename "$program")
   name=${name#fuzz_}
   corpus=$root/fuzz/corpus/$name
-  objects+=(-object "$program")
+  ((${#objects[@]})) && objects+=(-object)
+  objects+=("$program")
   [[ -d $corpus ]] || { echo "no corpus: $name"; continue; }
   LLVM_PROFILE_FILE=$build/profiles/$name.profraw "$program" -runs=0 "$corpus" >"$build/profiles/$name.log" 2>&1 || { tail -n 20 "$build/profiles/$name.log"; exit 1; }
 done
