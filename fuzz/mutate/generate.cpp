@@ -108,13 +108,17 @@ void append_any(Bytes& message, std::size_t max_payload, Random& random) {
   }
 }
 
-Bytes message_of(const KnownService& service, std::uint16_t id, std::uint32_t type, std::size_t max_payload,
-                 Random& random) {
+Bytes header_of(const KnownService& service, std::uint16_t id, std::uint32_t type, Random& random) {
   constexpr std::uint32_t client = 0x5a02;
   const bool is_event = type == 0x02;
-  Bytes message = header(std::uint32_t{service.service} << 16U | id,
-                         (is_event ? 0 : client << 16U) | static_cast<std::uint16_t>(random.next()),
-                         0x0100'0000U | std::uint32_t{service.major} << 16U | type << 8U);
+  return header(std::uint32_t{service.service} << 16U | id,
+                (is_event ? 0 : client << 16U) | static_cast<std::uint16_t>(random.next()),
+                0x0100'0000U | std::uint32_t{service.major} << 16U | type << 8U);
+}
+
+Bytes message_of(const KnownService& service, std::uint16_t id, std::uint32_t type, std::size_t max_payload,
+                 Random& random) {
+  Bytes message = header_of(service, id, type, random);
   const auto known = service.payloads.find(id);
   if (known == service.payloads.end() || random.chance(10)) {
     append_any(message, max_payload, random);
@@ -145,6 +149,24 @@ constexpr std::uint8_t reboot_and_unicast = 0xc0;
 Bytes make_request(const KnownService& service, std::size_t max_payload, Random& random) {
   const std::uint16_t method = any_of(service, service.methods, 0, random);
   return message_of(service, method, random.chance(85) ? 0x00 : 0x01, max_payload, random);
+}
+
+std::vector<Bytes> make_spoilt_requests(const KnownService& service, std::size_t max_payload,
+                                        Random& random) {
+  std::vector<Bytes> all;
+  for (const std::uint16_t method : service.methods) {
+    const auto known = service.payloads.find(method);
+    if (known == service.payloads.end()) {
+      continue;
+    }
+    for (const Bytes& payload : make_spoilt_payloads(known->second, max_payload, random)) {
+      Bytes message = header_of(service, method, 0x00, random);
+      append_bytes(message, payload);
+      repair_lengths(message);
+      all.push_back(std::move(message));
+    }
+  }
+  return all;
 }
 
 Bytes make_notification(const KnownService& service, std::size_t max_payload, Random& random) {

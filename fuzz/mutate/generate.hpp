@@ -27,6 +27,11 @@ struct KnownService {
 /// that the service has, and then mostly of that method's type, where it is known.
 [[nodiscard]] Bytes make_request(const KnownService& service, std::size_t max_payload, Random& random);
 
+/// Requests in each of which one thing is wrong in the payload, each that can be once: make_spoilt_payloads()
+/// for each method whose type is known.
+[[nodiscard]] std::vector<Bytes> make_spoilt_requests(const KnownService& service, std::size_t max_payload,
+                                                      Random& random);
+
 /// An event, likewise. Ids of events begin at 0x8000.
 [[nodiscard]] Bytes make_notification(const KnownService& service, std::size_t max_payload, Random& random);
 

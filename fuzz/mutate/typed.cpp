@@ -170,6 +170,7 @@ class Maker {
   std::size_t made_ = 0;
 };
 
+constexpr unsigned never = 0;
 constexpr unsigned rarely = 2;
 constexpr unsigned often = 30;
 
@@ -188,11 +189,15 @@ auto place_in(std::vector<ValueTree>& parts, std::size_t at) {
 }
 
 /// The size of what is in it, as its length field should have it, or nearly so.
-void spoil_length(ValueTree& value, Random& random) {
+std::uint32_t length_of(const ValueTree& value) {
   ValueTree inside = value;
   inside.flaw = Flaw::none;
   const std::size_t size = write_values(inside).size();
-  const auto right = static_cast<std::uint32_t>(size - std::min<std::size_t>(size, value.shape->length));
+  return static_cast<std::uint32_t>(size - std::min<std::size_t>(size, value.shape->length));
+}
+
+void spoil_length(ValueTree& value, Random& random) {
+  const std::uint32_t right = length_of(value);
   value.flaw = Flaw::length;
   switch (random.below(5)) {
     case 0:
@@ -314,6 +319,38 @@ void change(ValueTree& value, Random& random) {
   value = Maker{often, random}.make(shape);
 }
 
+struct WrongValue {
+  Flaw flaw = Flaw::none;
+  std::uint32_t wrong = 0;
+};
+
+/// All that can be wrong with a value itself.
+std::vector<WrongValue> wrongs_of(const ValueTree& value) {
+  const Shape& shape = *value.shape;
+  std::vector<WrongValue> all;
+  if (shape.length != 0 && shape.kind != Kind::number) {
+    const std::uint32_t right = length_of(value);
+    for (const std::uint32_t wrong : {right + 1, right - std::min(right, 1U), 0U, 0xffff'ffffU}) {
+      all.push_back({Flaw::length, wrong});
+    }
+  }
+  if (shape.kind == Kind::text) {
+    for (const Flaw flaw : {Flaw::no_bom, Flaw::no_terminator, Flaw::bare}) {
+      all.push_back({flaw});
+    }
+  }
+  if (shape.kind == Kind::choice && !shape.selectors.empty()) {
+    const auto most = *std::ranges::max_element(shape.selectors);
+    for (const std::uint32_t wrong : {most + 1, 0U, 0xffff'ffffU}) {
+      all.push_back({Flaw::selector, wrong});
+    }
+  }
+  if (shape.tag) {
+    all.push_back({Flaw::tag, *shape.tag ^ 0x0800U});
+  }
+  return all;
+}
+
 void cut(Bytes& payload, std::size_t max_bytes) {
   payload.resize(std::min(payload.size(), max_bytes));
 }
@@ -339,6 +376,27 @@ void mutate_payload(Bytes& payload, const Shape& shape, std::size_t max_bytes, R
     payload.resize(random.below(payload.size() + 1));  // it ends within a value
   }
   cut(payload, max_bytes);
+}
+
+std::vector<Bytes> make_spoilt_payloads(const Shape& shape, std::size_t max_bytes, Random& random) {
+  constexpr std::size_t most = 100;
+  ValueTree values = Maker{never, random}.make(shape);
+  std::vector<ValueTree*> all;
+  collect(values, all);
+  std::vector<Bytes> spoilt;
+  for (ValueTree* const one : all) {
+    for (const auto& [flaw, wrong] : wrongs_of(*one)) {
+      if (spoilt.size() == most) {
+        return spoilt;
+      }
+      one->flaw = flaw;
+      one->wrong = wrong;
+      spoilt.push_back(write_values(values));
+      cut(spoilt.back(), max_bytes);
+    }
+    one->flaw = Flaw::none;
+  }
+  return spoilt;
 }
 
 bool has_shape(std::span<const std::byte> payload, const Shape& shape) {

@@ -63,6 +63,13 @@ struct Shape {
 /// @param max_bytes  it is cut behind so many.
 void mutate_payload(Bytes& payload, const Shape& shape, std::size_t max_bytes, Random& random);
 
+/// Payloads in each of which one thing is wrong, each that can be once: lengths that are too large, too
+/// small, 0 or without bound; selectors and tags that are not known; texts without BOM, terminator or both.
+/// @param max_bytes  they are cut behind so many.
+/// @return at most 100.
+[[nodiscard]] std::vector<Bytes> make_spoilt_payloads(const Shape& shape, std::size_t max_bytes,
+                                                      Random& random);
+
 /// Whether the bytes are those of a payload of this shape, but for values.
 [[nodiscard]] bool has_shape(std::span<const std::byte> payload, const Shape& shape);
 

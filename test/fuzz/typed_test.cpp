@@ -172,6 +172,28 @@ TEST(MutatePayload, ReachesEachKindOfFlaw) {
   EXPECT_GT(missing, 100U);
 }
 
+TEST(MakeSpoiltPayloads, HasEachThingThatCanBeWrongOnce) {
+  Random random{1};
+  const auto of_text = make_spoilt_payloads(of({number(1), text()}), max_size, random);
+  ASSERT_EQ(of_text.size(), 7U);
+  const Bytes right = bytes_of({0xef, 0xbb, 0xbf});
+  const auto begins = [&](const Bytes& one) {
+    return std::equal(right.begin(), right.end(), one.begin() + 5);
+  };
+  // Four lengths; then without BOM, without terminator, without both.
+  EXPECT_TRUE(std::ranges::all_of(of_text.begin() + 1, of_text.begin() + 4,
+                                  [&](const Bytes& one) { return one.size() == of_text[0].size(); }));
+  EXPECT_FALSE(begins(of_text[4]));
+  EXPECT_TRUE(begins(of_text[5]));
+  EXPECT_NE(of_text[5].back(), std::byte{});
+  EXPECT_EQ(std::to_integer<std::size_t>(of_text[5][4]), of_text[5].size() - 5);
+  EXPECT_FALSE(begins(of_text[6]));
+  // Of a choice: four lengths, three selectors; and what is in it.
+  EXPECT_GE(make_spoilt_payloads(of({choice()}), max_size, random).size(), 7U);
+  EXPECT_TRUE(make_spoilt_payloads(of({number(4)}), max_size, random).empty());
+  EXPECT_EQ(make_spoilt_payloads(of(std::vector<Shape>(50, text())), 10, random).size(), 100U);
+}
+
 TEST(MutatePayload, TakesAnyBytesAndShapes) {
   Random random{3};
   const Shape list{.kind = Kind::list, .length = 2, .parts = {choice()}};

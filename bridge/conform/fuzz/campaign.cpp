@@ -136,6 +136,7 @@ class Campaign {
   bool watching_ = false;  ///< the device runs, so that its end is a finding
   bool thorough_ = false;  ///< Finds are asked, too, not only each 32nd time
 
+  std::deque<Sequence> first_;  ///< what is tried before all else
   std::vector<Sequence> kept_;
   std::deque<Sequence> recent_;  ///< since the device was started last
   std::set<std::uint64_t> behaviours_;
@@ -262,6 +263,11 @@ void Campaign::learn_wishes() {
 }
 
 Sequence Campaign::next_sequence() {
+  if (!first_.empty()) {
+    Sequence one = std::move(first_.front());
+    first_.pop_front();
+    return one;
+  }
   if (kept_.empty() || random_.chance(50)) {
     return sequences_.make(random_);
   }
@@ -543,6 +549,7 @@ FuzzResult Campaign::run() {
       return result_;
     }
     learn_offers();
+    std::ranges::move(sequences_.make_spoilt(random_), std::back_inserter(first_));
     if (sequences_.targets().empty() && sequences_.wanted().empty()) {
       result_.gave_up = "the device offers no service, and looks for none";
     }

@@ -270,6 +270,29 @@ Sequence Sequences::make(fuzz::Random& random) const {
   return sequence;
 }
 
+std::vector<Sequence> Sequences::make_spoilt(fuzz::Random& random) const {
+  constexpr std::size_t steps_of_one = 8;
+  std::vector<Sequence> all;
+  for (const Target& target : targets_) {
+    const bool udp = target.udp_port != 0;
+    if (!udp && target.tcp_port == 0) {
+      continue;
+    }
+    for (fuzz::Bytes& request : fuzz::make_spoilt_requests(target.service, max_datagram - 16, random)) {
+      if (all.empty() || all.back().steps.size() == steps_of_one) {
+        all.push_back({.state = "idle"});
+      }
+      all.back().steps.push_back({.way = udp ? Way::udp : Way::tcp,
+                                  .port = udp ? target.udp_port : target.tcp_port,
+                                  .bytes = std::move(request)});
+    }
+  }
+  for (Sequence& one : all) {
+    keep_harmless(one);
+  }
+  return all;
+}
+
 void Sequences::keep_harmless(Sequence& sequence) const {
   for (const Target& target : targets_) {
     for (Step& step : sequence.steps) {

@@ -41,6 +41,8 @@ class Sequences {
 
   /// A new one.
   [[nodiscard]] Sequence make(fuzz::Random& random) const;
+  /// What is tried first: requests with one thing wrong in a payload whose type is known, each once.
+  [[nodiscard]] std::vector<Sequence> make_spoilt(fuzz::Random& random) const;
   /// One with one or a few things changed: a step's bytes, its way, a step less, twice, or of `other`.
   [[nodiscard]] Sequence changed(Sequence sequence, const Sequence& other, fuzz::Random& random) const;
 

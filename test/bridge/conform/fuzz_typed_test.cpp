@@ -157,6 +157,21 @@ TEST(Sequences, ReachByTypeWhatAnyBytesDoNot) {
   EXPECT_GT(texts_without_end(&system.model), 2U);
 }
 
+TEST(Sequences, BeginWithEachThingThatCanBeWrongInAPayload) {
+  const describe::System system = system_of({"ets_device/ets.fidl", "ets_device/ets.fdepl"});
+  const Sequences sequences{{{.service = {.service = 0x0101, .methods = {0x08}}, .udp_port = 30501}},
+                            {},
+                            {.address = IpAddress::v4(10, 0, 0, 2), .port = 40490},
+                            &system.model};
+  fuzz::Random random{1};
+  const std::vector<Sequence> all = sequences.make_spoilt(random);
+  EXPECT_EQ(std::ranges::count_if(
+                all, [](const Sequence& one) { return std::ranges::any_of(one.steps, is_text_without_end); }),
+            1);
+  EXPECT_LT(all.size(), 200U);
+  EXPECT_TRUE(Sequences({}, {}, {}, &system.model).make_spoilt(random).empty());
+}
+
 TEST(Sequences, SendEventsToWhereTheDeviceSubscribed) {
   const describe::System system = seat();
   Sequences sequences{
