@@ -57,6 +57,9 @@ std::vector<BridgeEnd> Participant::bridge_ends(std::string_view topic) const {
 std::uint64_t Participant::bridge_changes() const noexcept {
   return core_->bridge_ends().changes();
 }
+std::vector<FoundParticipant> Participant::participants() const {
+  return core_->participants();
+}
 std::size_t Participant::peers() const {
   return core_->peers();
 }

@@ -188,6 +188,14 @@ struct FoundWriter {
   bool bridge = false;        ///< the end of another bridge ...
   std::string bridge_text{};  ///< ... and its EndpointExtras::bridge
   bool refused = false;  ///< by a reader of ours, for the hash of its type: ParticipantConfig::strict_types
+  std::string node{};    ///< its ROS 2 node, once known
+};
+
+/// Somebody else's participant.
+struct FoundParticipant {
+  std::string guid{};                    ///< its GUID prefix, as hexadecimal digits
+  std::string name{};                    ///< what it calls itself
+  std::vector<std::string> addresses{};  ///< where it says that it is reached, without ports
 };
 
 /// Somebody else's reader or writer that one of ours matches, and that is not the end of a bridge.
@@ -430,6 +438,8 @@ class Participant {
   [[nodiscard]] std::uint64_t bridge_changes() const noexcept;
   /// How many other participants are there now, as far as they are remembered.
   [[nodiscard]] std::size_t peers() const;
+  /// These, one by one.
+  [[nodiscard]] std::vector<FoundParticipant> participants() const;
   /// How many readers and writers were discovered when there was no room to remember them.
   [[nodiscard]] std::uint64_t not_remembered() const;
 

@@ -551,7 +551,7 @@ std::vector<FoundWriter> ParticipantCore::writers() const {
     if (found.endpoint.writer && !is_own(guid)) {
       const auto bridge = bridge_ends_.text_of(guid);
       result.push_back({found.endpoint.topic, found.endpoint.type, found.endpoint.qos, bridge.has_value(),
-                        bridge.value_or(std::string{}), !found.refused_by.empty()});
+                        bridge.value_or(std::string{}), !found.refused_by.empty(), graph_.node_of(guid)});
       Qos& qos = result.back().qos;
       qos.transient_local =
           qos.transient_local && user_data_value(found.endpoint.user_data, "durability") != "volatile";
@@ -583,6 +583,15 @@ std::vector<Counterpart> ParticipantCore::counterparts(std::string_view topic, b
       result.back().participant = known->second.name;
       result.back().addresses = known->second.addresses;
     }
+  }
+  return result;
+}
+
+std::vector<FoundParticipant> ParticipantCore::participants() const {
+  const std::lock_guard lock{mutex_};
+  std::vector<FoundParticipant> result;
+  for (const auto& [prefix, peer] : peers_) {
+    result.push_back({to_hex(prefix), peer.name, peer.addresses});
   }
   return result;
 }

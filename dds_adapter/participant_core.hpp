@@ -98,6 +98,7 @@ class ParticipantCore final : private fast::DiscoveryListener {
 
   [[nodiscard]] const FoundBridgeEnds& bridge_ends() const noexcept { return bridge_ends_; }
   [[nodiscard]] std::vector<FoundWriter> writers() const;
+  [[nodiscard]] std::vector<FoundParticipant> participants() const;
   [[nodiscard]] std::vector<Counterpart> counterparts(std::string_view topic, bool writers) const;
   [[nodiscard]] std::size_t peers() const;
   [[nodiscard]] std::uint64_t not_remembered() const;

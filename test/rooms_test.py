@@ -20,7 +20,7 @@ someip/core sd/wire
 someip/core/e2e sd/core pcaps fuzz/mutate
 sd/core/device someip/net dds_adapter
 sd/c sd/net
-bridge/documents
+bridge/documents bridge/picture bridge/statistics
 bridge/messages/types
 bridge/messages/convert/program
 bridge/messages/convert/quick

@@ -2,7 +2,7 @@
 //
 //   report.hpp       reports to another process through a pipe; clocks; stopping
 //   point_cloud.hpp  point clouds as CDR
-//   histogram.hpp    latencies; inbox.hpp: samples of DDS for a thread that waits
+//   inbox.hpp        samples of DDS for a thread that waits
 //   perf/            latency, rate and loss of a service or of a bridge
 //   demo/            lidar clouds through two bridges, shown on a screen
 //

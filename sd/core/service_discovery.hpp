@@ -338,7 +338,14 @@ class ServiceDiscovery {
     }
   }
   [[nodiscard]] RemoteService service_of(const slots::Remote& remote) const noexcept;
-  /// How many other nodes have been heard, and not been forgotten since.
+  /// Calls `visit(const slots::Peer&)` for each other node that has been heard, and not been forgotten since.
+  template <typename Visit>
+  void for_each_peer(Visit visit) const {
+    for (const slots::Peer& peer : peers_) {
+      visit(peer);
+    }
+  }
+  /// How many these are.
   [[nodiscard]] std::size_t known_peers() const noexcept { return peers_.size() - peers_.free_slots(); }
   /// A peer's service; nothing when it is gone.
   [[nodiscard]] std::optional<RemoteService> remote(RemoteHandle service) const noexcept;

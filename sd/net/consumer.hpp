@@ -57,6 +57,7 @@ class Consumer {
   void note_other_versions();
 
   [[nodiscard]] const someip::CallCounters& call_counters() const noexcept { return calls_.counters(); }
+  [[nodiscard]] std::size_t outstanding_calls() const noexcept { return calls_.size(); }
   [[nodiscard]] someip::TcpClient::Counters tcp_counters() const;
 
  private:

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 #include "sd/core/storage.hpp"
@@ -29,6 +31,21 @@ class HeapStorage {
         offers_,   eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
         peers_,    tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_,
         silences_, remote_ids_};
+  }
+  /// Calls `visit(name, used, limit)` for each limit that peers or the application can reach.
+  template <typename Visit>
+  void for_each_limit(Visit visit) const {
+    const auto one = [&](const char* name, const auto& slots) {
+      const auto used = std::ranges::count(slots, SlotBase::State::in_use, &SlotBase::slot_state);
+      visit(name, static_cast<std::size_t>(used), slots.size());
+    };
+    one("max_offers", offers_);
+    one("max_subscribers", subscribers_);
+    one("max_requirements", requirements_);
+    one("max_subscriptions", subscriptions_);
+    one("max_remote_services", remotes_);
+    one("max_peers", peers_);
+    one("max_tcp_connections", tcp_connections_);
   }
 
  private:

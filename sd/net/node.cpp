@@ -720,6 +720,15 @@ std::size_t Node::seen_hosts() const {
   return state_->discovery.known_peers();
 }
 
+std::vector<SeenHost> Node::hosts() const {
+  std::vector<SeenHost> result;
+  const TimePoint time = now();
+  state_->discovery.for_each_peer([&](const slots::Peer& peer) {
+    result.push_back({peer.endpoint, time - peer.last_seen, peer.remotes, peer.subscribers});
+  });
+  return result;
+}
+
 OtherEvents Node::other_events(SubscriptionId subscription) const {
   return state_->consumer.other_events(subscription);
 }
@@ -755,6 +764,16 @@ NodeCounters Node::counters() const {
       state_->unicast.receive_overflows() + state_->multicast.receive_overflows() + state_->ports.overflows();
   sum.unreachable_ignored = state_->ports.unreachable_ignored();
   return sum;
+}
+std::vector<UsedLimit> Node::used_limits() const {
+  std::vector<UsedLimit> result;
+  const auto add = [&result](const char* name, std::size_t used, std::size_t limit) {
+    result.push_back({name, used, limit});
+  };
+  state_->storage.for_each_limit(add);
+  add("max_calls", state_->consumer.outstanding_calls(), state_->config.max_calls);
+  state_->ports.for_each_limit(add);
+  return result;
 }
 std::vector<SlowSubscriber> Node::slow_subscribers() const {
   return state_->provider.slow_subscribers();

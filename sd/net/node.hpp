@@ -111,6 +111,8 @@ class Node {
   [[nodiscard]] std::vector<SeenOffer> seen_offers() const;
   /// How many other hosts are known to take part in discovery.
   [[nodiscard]] std::size_t seen_hosts() const;
+  /// These, one by one.
+  [[nodiscard]] std::vector<SeenHost> hosts() const;
   /// Events of a subscription's servers and service which nobody here has asked for; nothing if unknown.
   [[nodiscard]] OtherEvents other_events(SubscriptionId subscription) const;
 
@@ -163,6 +165,8 @@ class Node {
   // --- What it has done -----------------------------------------------------------------------------------
 
   [[nodiscard]] NodeCounters counters() const;
+  /// How full its tables are, and how much of the memory is taken that all its messages may have.
+  [[nodiscard]] std::vector<UsedLimit> used_limits() const;
   /// The last 32 subscribers for which events were dropped because they take them too slowly (EventWait).
   [[nodiscard]] std::vector<SlowSubscriber> slow_subscribers() const;
   [[nodiscard]] const SdCounters& discovery_counters() const noexcept;

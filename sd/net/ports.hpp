@@ -125,6 +125,13 @@ class Ports {
   [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;
+  /// Calls `visit(name, used, limit)` for the memory that all ports and connections have together.
+  template <typename Visit>
+  void for_each_limit(Visit visit) const {
+    visit("max_udp_receive_bytes", reassembly_budget_->used_bytes(), config_.max_udp_receive_bytes);
+    visit("max_tcp_receive_bytes", receive_budget_->used_bytes(), config_.max_tcp_receive_bytes);
+    visit("max_tcp_queued_bytes", send_budget_->used_bytes(), config_.max_tcp_queued_bytes);
+  }
   /// Datagrams that the system dropped as a receive buffer was full.
   [[nodiscard]] std::uint64_t overflows() const;
   [[nodiscard]] std::uint64_t unreachable_ignored() const;

@@ -201,6 +201,21 @@ struct SeenOffer {
   IpAddress host;
 };
 
+/// Another host in discovery.
+struct SeenHost {
+  Endpoint at;                    ///< its SD endpoint
+  Duration silent{};              ///< since its last message
+  std::size_t offers = 0;         ///< services of it that are known
+  std::size_t subscriptions = 0;  ///< to services of ours
+};
+
+/// A limit of a Node, by the name of its setting, and how much of it is taken.
+struct UsedLimit {
+  const char* name = "";
+  std::size_t used = 0;
+  std::size_t limit = 0;
+};
+
 /// Events that came from the servers of a subscription, of its service, and that nobody here has asked for.
 struct OtherEvents {
   static constexpr std::size_t max_ids = 8;

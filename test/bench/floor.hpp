@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/measure/histogram.hpp"
+#include "bridge/statistics/histogram.hpp"
 
 /// What the system itself can do, measured by loops as bare as they can be: the floor under our figures.
 /// Failures of system calls end the program.
@@ -56,7 +56,7 @@ std::int64_t check(std::int64_t result, const char* what);
 
 /// What a client prints, as JSON: the names are those of `trestle perf --json`.
 struct Figures {
-  measure::Histogram latency;
+  statistics::Histogram latency;
   std::uint64_t bytes = 0;
   std::uint64_t received = 0;
   std::uint64_t lost = 0;

@@ -4,6 +4,7 @@
 #include <net/if.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,10 +14,12 @@
 #include <stdexcept>
 
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/picture/causes.hpp"
 #include "bridge/carry/runtime/dds_receiver.hpp"
 #include "bridge/carry/runtime/dds_words.hpp"
 #include "bridge/carry/runtime/discovered_routes.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
+#include "bridge/carry/runtime/network_picture.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
 #include "bridge/carry/runtime/node_counters.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
@@ -57,8 +60,8 @@ bool is_followed(const std::map<std::string, QosSettings>& following, const dds:
            route->second.reliability_as_published));
 }
 
-// The interface that has our address, if it is not the configured one; as SilenceReason wants it.
-std::string other_interface(const SomeipSettings& settings) {
+// The interface that has our address, if it is not the configured one; as SomeipPicture wants it.
+std::string other_interface_of(const SomeipSettings& settings) {
   const unsigned found = someip::interface_of(settings.address);
   if (settings.interface.empty() || found == 0 || found == if_nametoindex(settings.interface.c_str())) {
     return {};
@@ -91,7 +94,12 @@ struct Bridge::State {
                 .watch = watch.get(),
                 .publishers = &publishers},
         routes{make_routes(context, config, types), config},
-        ways_back{config} {}
+        ways_back{config},
+        file{config.file},
+        someip_settings{config.someip},
+        other_interface{other_interface_of(config.someip)},
+        domain{config.dds.domain.value_or(0)},
+        started{clock->now()} {}
 
   void join_someip(const BridgeConfig& config) {
     node = start_at(config, config.someip.mark, [&] {
@@ -201,34 +209,45 @@ struct Bridge::State {
     }
   }
 
-  void look_around() {
-    around.offers.clear();
+  // What is around the routes now.
+  void look_around(Surroundings& all) const {
+    all = {};
     for (const sd::SeenOffer& one : node->seen_offers()) {
-      around.offers[one.service].push_back(one);
+      all.offers[one.service].push_back(one);
     }
-    around.writers.clear();
     for (dds::FoundWriter& one : participant->writers()) {
-      around.writers[one.topic].push_back(std::move(one));
+      all.writers[one.topic].push_back(std::move(one));
     }
-    around.participants = participant->peers();
+    SomeipPicture& seen = all.networks.someip;
+    const sd::SdCounters& discovery = node->discovery_counters();
+    seen.address = someip::to_string(context.address);
+    seen.interface = someip_settings.interface;
+    seen.port = someip_settings.sd.port;
+    seen.other_interface = other_interface;
+    seen.discovery_received = discovery.messages_received;
+    seen.outside_subnet = discovery.dropped_source;
+    seen.reboots = discovery.reboots_detected;
+    seen.heard = static_cast<std::uint32_t>(node->seen_hosts());
+    all.networks.dds.domain = domain;
+    all.networks.dds.guid = participant->guid();
+    all.networks.dds.heard = static_cast<std::uint32_t>(participant->peers());
   }
 
   void watch_silence_of(const RunningRoute& route) {
     if (const std::string* const topic = route.awaited()) {
       silence->add({.topic = *topic,
                     .received = [&route] { return route.received(); },
-                    .reason = [this, &route] { return route.silence(around); }});
+                    .picture = [this, &route] { return route.picture(around); }});
     }
   }
 
   // Says why nothing comes.
   void watch_silence(const BridgeConfig& config) {
-    around.other_interface = other_interface(config.someip);
     silence.emplace(
         *clock,
-        [this] {
-          look_around();
-          return SilenceWatch::Heard{.someip = node->seen_hosts(), .dds = around.participants};
+        [this]() -> const Picture& {
+          look_around(around);
+          return around.networks;
         },
         [log = logger](const std::string& line) { log->warn("{}", line); });
     for (const auto& [mark, route] : routes) {
@@ -261,7 +280,13 @@ struct Bridge::State {
   Routes routes;                                 ///< of the configuration and of the patterns
   WaysBack ways_back;
   std::optional<SilenceWatch> silence;
-  Surroundings around;                       ///< of the last look of it
+  Surroundings around;  ///< of the last look of it
+  const std::string file;
+  const SomeipSettings someip_settings;
+  const std::string other_interface;
+  const std::uint32_t domain;
+  const RouteClock::TimePoint started;
+  bool stopping = false;
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
@@ -297,6 +322,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
 Bridge::~Bridge() = default;
 
 void Bridge::stop() {
+  state_->stopping = true;
   state_->watch->stop();
   state_->publishers.stop();
   state_->silence->stop();
@@ -317,6 +343,29 @@ std::vector<CounterGroup> Bridge::counters() const {
   }
   append_counters(groups, counts_of(*state_->node));
   return groups;
+}
+
+Picture Bridge::picture() const {
+  const State& state = *state_;
+  Surroundings around;
+  state.look_around(around);
+  Picture picture = std::move(around.networks);
+  picture.pid = static_cast<std::uint32_t>(::getpid());
+  picture.configuration = state.file;
+  picture.at_ns = state.clock->since_1970().count();
+  picture.running_s = std::chrono::duration<double>{state.clock->now() - state.started}.count();
+  picture.stopping = state.stopping;
+  for (const auto& [mark, route] : state.routes) {
+    picture.routes.push_back(route->picture(around));
+    picture.routes.back().counters = pictures_of(route->counters().counters);
+  }
+  if (state.discovered) {
+    state.discovered->append_pictures(picture.routes);
+  }
+  state.routes.append_offers(picture.someip.own_offers);
+  append_networks(picture, *state.node, *state.participant);
+  explain(picture);
+  return picture;
 }
 
 }  // namespace trestle::carry

@@ -11,9 +11,9 @@
 //   report.hpp              what a bridge reports about itself
 //   counters.hpp            counts what was carried and what was lost
 //   diagnostics.hpp         tells its state as ROS diagnostics
-//   silence_watch.hpp       says why nothing comes on a route
-//   loop_guard.hpp          keeps messages from going round in a ring of bridges
-//   loop_check.hpp, suspected_loop.hpp   find such rings
+//   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates and
+//   latencies silence_watch.hpp       says why nothing comes on a route loop_guard.hpp          keeps
+//   messages from going round in a ring of bridges loop_check.hpp, suspected_loop.hpp   find such rings
 //   bridge_mark.hpp         what ends of bridges say of themselves to other bridges
 //   ways_back.hpp           when services of other bridges may be used
 //
@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/picture/picture.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/report.hpp"
 
@@ -55,6 +56,9 @@ class Bridge {
 
   /// Everything that was received, sent and lost: routes first, then SOME/IP and SD.
   [[nodiscard]] std::vector<CounterGroup> counters() const;
+  /// All of it at this moment: what status, console and metrics show. Costs some microseconds a route.
+  /// Without the version of the program.
+  [[nodiscard]] Picture picture() const;
 
  private:
   struct State;

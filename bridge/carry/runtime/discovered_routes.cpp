@@ -373,32 +373,36 @@ void DiscoveredRoutes::refuse(const TopicAndType& what, Pattern& pattern, Refusa
   }
 }
 
+RoutePicture DiscoveredRoutes::picture_of_pattern(const Pattern& pattern) const {
+  const TopicPattern& settings = *pattern.settings;
+  RoutePicture result = picture_of(settings);
+  result.pattern.routes = static_cast<std::uint32_t>(routes_of(pattern));
+  result.pattern.topics = static_cast<std::uint32_t>(pattern.topics);
+  result.pattern.brought = pattern.brought;
+  result.pattern.lock_file = config_.lock_file;
+  if (settings.route.direction == Direction::dds_to_someip) {
+    result.in_use = static_cast<std::uint32_t>(pattern.locked);
+    result.limit = static_cast<std::uint32_t>(settings.max_routes);
+  } else {
+    result.pattern.locked = std::ranges::any_of(config_.locked, [&](const LockedTopic& locked) {
+      return pattern_of(config_.patterns, locked.topic) == &settings;
+    });
+  }
+  return result;
+}
+
+void DiscoveredRoutes::append_pictures(std::vector<RoutePicture>& pictures) const {
+  for (const Pattern& pattern : patterns_) {
+    pictures.push_back(picture_of_pattern(pattern));
+    pictures.back().counters = pictures_of(counters_of(pattern).counters);
+  }
+}
+
 void DiscoveredRoutes::append_silence(SilenceWatch& silence) {
-  for (Pattern& pattern : patterns_) {
-    const TopicPattern& settings = *pattern.settings;
-    const std::string name = "pattern " + settings.topics;
-    if (settings.route.direction == Direction::dds_to_someip) {
-      silence.add({.topic = name,
-                   .received = [&pattern] { return pattern.made; },
-                   .reason =
-                       [this, &pattern] {
-                         return why_silent(PatternSilence{.routes = routes_of(pattern),
-                                                          .participants = context_.dds->peers(),
-                                                          .topics = pattern.topics,
-                                                          .brought = pattern.brought});
-                       }});
-    } else if (std::ranges::none_of(config_.locked, [&](const LockedTopic& locked) {
-                 return pattern_of(config_.patterns, locked.topic) == &settings;
-               })) {
-      silence.add({.topic = name,
-                   .received = [] { return std::uint64_t{0}; },
-                   .reason = [this]() -> SilenceReason {
-                     return {SilenceReason::Kind::not_locked,
-                             config_.lock_file +
-                                 " has no topic that matches: copy it from the bridge at the other end, and "
-                                 "start this one again"};
-                   }});
-    }
+  for (const Pattern& pattern : patterns_) {
+    silence.add({.topic = "pattern " + pattern.settings->topics,
+                 .received = [&pattern] { return pattern.made; },
+                 .picture = [this, &pattern] { return picture_of_pattern(pattern); }});
   }
 }
 

@@ -52,6 +52,8 @@ class DiscoveredRoutes {
   void watched_by(Watcher watcher) { watcher_ = std::move(watcher); }
   /// Why a pattern has had no route yet, of either direction.
   void append_silence(SilenceWatch& silence);
+  /// How each pattern is.
+  void append_pictures(std::vector<RoutePicture>& pictures) const;
   /// The state of each pattern to SOME/IP: OK while it has a route.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses) const;
 
@@ -113,6 +115,7 @@ class DiscoveredRoutes {
   void make(const Candidate& candidate);
   [[nodiscard]] std::size_t routes_of(const Pattern& pattern) const;
   [[nodiscard]] CounterGroup counters_of(const Pattern& pattern) const;
+  [[nodiscard]] RoutePicture picture_of_pattern(const Pattern& pattern) const;
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
 
   const RouteContext& context_;

@@ -14,6 +14,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
+#include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
@@ -141,17 +142,30 @@ class EventToTopic final : public RunningRoute {
   [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
   [[nodiscard]] std::uint64_t received() const override { return received_; }
 
-  [[nodiscard]] SilenceReason silence(const Surroundings& around) const override {
+  [[nodiscard]] RoutePicture picture(const Surroundings& around) const override {
+    RoutePicture result = picture_of(route_);
     const sd::SubscriptionFaults sd = faults();
-    return why_silent(
-        route_, SomeipSilence{.other_interface = around.other_interface,
-                              .offers = around.offers_of(route_.service),
-                              .subscription = subscription_.has_value(),
-                              .subscribed = subscription_ && context_.someip->subscribed(*subscription_),
-                              .refused = sd.refused > 0,
-                              .over_tcp_only = sd.other_transport > 0,
-                              .others = subscription_ ? context_.someip->other_events(*subscription_)
-                                                      : sd::OtherEvents{}});
+    const sd::OtherEvents others =
+        subscription_ && !stopped_ ? context_.someip->other_events(*subscription_) : sd::OtherEvents{};
+    result.someip.offers = pictures_of(around.offers_of(route_.service));
+    result.someip.wanted = subscription_.has_value();
+    result.someip.subscribed = subscription_ && !stopped_ && context_.someip->subscribed(*subscription_);
+    result.someip.refused = sd.refused > 0;
+    result.someip.over_tcp_only = sd.other_transport > 0;
+    result.someip.other_events = others.count;
+    for (const someip::MethodId id : others.ids) {
+      result.someip.other_ids.push_back(value(id));
+    }
+    result.dds.open = writer_ != nullptr;
+    if (writer_) {
+      result.dds.matched = static_cast<std::uint32_t>(writer_->matched());
+      result.dds.incompatible_qos = writer_->counters().incompatible_qos;
+    }
+    result.received = received_;
+    result.carried = carried_;
+    result.bytes = carried_bytes_;
+    meter_.fill(result, context_.clock);
+    return result;
   }
 
  private:
@@ -171,6 +185,8 @@ class EventToTopic final : public RunningRoute {
 
   void carry(const someip::Message& event, const Endpoint& from) {
     plan_.expect(event.payload, scratch_);
+    const auto came = context_.clock.now();
+    meter_.came(came);
     ++received_;
     if (comes_back(from)) {
       return;
@@ -214,6 +230,12 @@ class EventToTopic final : public RunningRoute {
     }
     ++carried_;
     carried_bytes_ += sample->bytes;
+    meter_.carried({.came = came,
+                    .before = before,
+                    .after = after,
+                    .sent = context_.clock.now(),
+                    .bytes = sample->bytes,
+                    .session = event.header.session});
     context_.report.carried({.topic = route_.topic,
                              .direction = route_.direction,
                              .session = event.header.session,
@@ -330,6 +352,7 @@ class EventToTopic final : public RunningRoute {
   CalmUpdates updates_;
   bool stopped_ = false;
   FieldValues::Told on_value_;  ///< of each payload
+  RouteMeter meter_;
   std::uint64_t received_ = 0;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;

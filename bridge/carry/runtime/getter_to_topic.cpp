@@ -39,6 +39,16 @@ class GetterToTopic final : public RunningRoute {
     return group;
   }
 
+  [[nodiscard]] RoutePicture picture(const Surroundings& /*around*/) const override {
+    RoutePicture result = picture_of(route_);
+    result.kind = "getter_to_topic";
+    result.member = value(route_.getter->id);
+    result.someip.offered = offer_->handle().has_value();
+    result.received = received_;
+    result.carried = answered_;
+    return result;
+  }
+
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const override {
     append_checks(diagnoses, "the getter of " + route_.topic,
                   called_id(route_.service, route_.instance, route_.getter->id));

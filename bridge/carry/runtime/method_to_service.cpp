@@ -8,6 +8,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/call_shares.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
+#include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
 #include "bridge/messages/convert/most_bytes.hpp"
@@ -120,6 +121,17 @@ class MethodToService final : public RunningRoute {
     return group;
   }
 
+  [[nodiscard]] RoutePicture picture(const Surroundings& /*around*/) const override {
+    RoutePicture result = picture_of(method_);
+    result.dds.open = was_ready_;
+    result.someip.offered = offer_->handle().has_value();
+    result.received = received_;
+    result.carried = answered_;
+    result.in_use = static_cast<std::uint32_t>(in_flight_);
+    meter_.fill(result, context_.clock);
+    return result;
+  }
+
   /// Its state is OK while the ROS service is there.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const override {
     const std::string at = called_id(method_.service, method_.instance, method_.method);
@@ -150,6 +162,7 @@ class MethodToService final : public RunningRoute {
 
   void on_request(const someip::Message& request, sd::Responder responder) {
     ++received_;
+    meter_.came(context_.clock.now());
     // Its server asks us what our ROS service was asked, as long as it does not know us yet.
     returns_.update(*context_.dds);
     if (returns_.has(responder.caller().address)) {
@@ -203,6 +216,7 @@ class MethodToService final : public RunningRoute {
       responder.error(code_of(reply.error()));
       return;
     }
+    meter_.carried(context_.clock.now(), 0);
     if (method_.fire_and_forget) {
       ++answered_;
       return;  // ROS answers every request, but nobody waits for it
@@ -234,6 +248,7 @@ class MethodToService final : public RunningRoute {
   Returns returns_;
   std::shared_ptr<ServiceWork> work_;
   bool was_ready_ = false;
+  RouteMeter meter_;
   std::uint64_t returned_ = 0;
   std::uint64_t received_ = 0;
   std::uint64_t answered_ = 0;

@@ -56,4 +56,17 @@ void Routes::stop() {
   }
 }
 
+void Routes::append_offers(std::vector<OwnOfferPicture>& offers) const {
+  for (const auto& offer : offers_) {
+    const sd::ServiceSpec& spec = offer->spec();
+    offers.push_back({.service = value(spec.service),
+                      .instance = value(spec.instance),
+                      .major = spec.major,
+                      .minor = spec.minor,
+                      .udp_port = spec.udp_port.value_or(0),
+                      .tcp_port = spec.tcp_port.value_or(0),
+                      .offered = offer->handle().has_value()});
+  }
+}
+
 }  // namespace trestle::carry

@@ -34,6 +34,9 @@ class Routes {
   /// The node is about to withdraw the offers. Nothing is carried any more.
   void stop();
 
+  /// The services that they offer, or would.
+  void append_offers(std::vector<OwnOfferPicture>& offers) const;
+
   [[nodiscard]] auto begin() const noexcept { return routes_.begin(); }
   [[nodiscard]] auto end() const noexcept { return routes_.end(); }
 

@@ -9,7 +9,7 @@
 #include "bridge/carry/runtime/interface.hpp"
 #include "bridge/carry/runtime/published_qos.hpp"
 #include "bridge/carry/runtime/service_offer.hpp"
-#include "bridge/carry/runtime/silence_reasons.hpp"
+#include "bridge/carry/runtime/surroundings.hpp"
 
 namespace trestle::carry {
 
@@ -51,8 +51,8 @@ class RunningRoute : public Interface {
   [[nodiscard]] virtual const std::string* awaited() const { return nullptr; }
   /// Messages that have come.
   [[nodiscard]] virtual std::uint64_t received() const { return 0; }
-  /// Why nothing has come.
-  [[nodiscard]] virtual SilenceReason silence(const Surroundings& /*around*/) const { return {}; }
+  /// What it is, and how it is now: all but counters, state and cause.
+  [[nodiscard]] virtual RoutePicture picture(const Surroundings& around) const = 0;
 
  protected:
   RunningRoute() = default;

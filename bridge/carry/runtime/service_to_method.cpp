@@ -15,6 +15,7 @@
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
 #include "bridge/carry/runtime/loop_suspects.hpp"
+#include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/service_work.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -169,6 +170,17 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
     return group;
   }
 
+  [[nodiscard]] RoutePicture picture(const Surroundings& around) const override {
+    RoutePicture result = picture_of(method_);
+    result.someip.offers = pictures_of(around.offers_of(method_.service));
+    result.dds.open = ready();
+    result.received = received_;
+    result.carried = answered_;
+    result.in_use = static_cast<std::uint32_t>(outstanding_);
+    meter_.fill(result, context_.clock);
+    return result;
+  }
+
   /// Its state is OK while the SOME/IP service is there.
   void append_diagnoses(std::vector<Diagnosis>& diagnoses, bool /*all*/) const override {
     const std::string at = called_id(method_.service, method_.instance, method_.method);
@@ -266,6 +278,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
 
   void on_request(const dds::RequestId& id, const dds::ServiceMessage& request) {
     ++received_;
+    meter_.came(context_.clock.now());
     const auto through = [&] {
       const auto suspected = std::ranges::find_if(called_, [&](const IpAddress& host) {
         return suspects_.is_at(id.request.writer, {&host, 1});
@@ -463,6 +476,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
       return;
     }
     ++answered_;
+    meter_.carried(context_.clock.now(), payload.size());
     send(id, sample->slices);
   }
 
@@ -500,6 +514,7 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
   LoopGuard loop_;
   std::shared_ptr<ServiceWork> work_;
   dds::ServiceServerCounters past_;  ///< of servers that have ended
+  RouteMeter meter_;
   std::uint64_t received_ = 0;
   std::uint64_t answered_ = 0;
   std::size_t outstanding_ = 0;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -12,12 +11,6 @@ namespace trestle::carry {
 namespace {
 
 constexpr std::size_t most_topics = 3;
-
-// Nothing is amiss with a route that has worked: there is nothing to send.
-bool somebody_may_send(SilenceReason::Kind kind) {
-  using Kind = SilenceReason::Kind;
-  return kind == Kind::other_events || kind == Kind::no_event || kind == Kind::no_sample;
-}
 
 std::string_view silence_of(const SilenceWatch::Watched& route) {
   return route.before > 0 ? "nothing comes any longer" : "nothing has come yet";
@@ -36,9 +29,12 @@ void SilenceWatch::remove(const std::string& topic) {
 }
 
 void SilenceWatch::look() {
-  using Kind = SilenceReason::Kind;
-  std::optional<Heard> heard;
-  std::map<Kind, std::vector<const Watched*>> changed;
+  struct Silent {
+    const Watched* watched;
+    RoutePicture picture;
+  };
+  const Picture* around = nullptr;
+  std::map<Cause, std::vector<Silent>> changed;
   std::size_t lines = 0;
   for (Watched& one : routes_) {
     const std::uint64_t received = one.received();
@@ -50,41 +46,41 @@ void SilenceWatch::look() {
     if (std::exchange(one.is_new, false)) {
       continue;
     }
-    if (!heard) {
-      heard = prepare_();
+    if (around == nullptr) {
+      around = &prepare_();
     }
-    SilenceReason reason = one.reason();
-    if (received > 0 && somebody_may_send(reason.kind)) {
-      reason = {};
-    }
-    if (reason == one.told) {
+    RoutePicture picture = one.picture();
+    Why found = why(picture, *around);
+    if (found == one.told) {
       continue;
     }
-    one.told = std::move(reason);
-    if (one.told.kind != Kind::none) {
-      changed[one.told.kind].push_back(&one);
+    one.told = std::move(found);
+    if (one.told.cause != Cause::none) {
+      changed[one.told.cause].push_back({&one, std::move(picture)});
       ++lines;
     }
   }
-  for (const auto& [kind, routes] : changed) {
-    const std::size_t hosts = kind >= Kind::no_participant ? heard->dds : heard->someip;
+  for (const auto& [cause, routes] : changed) {
     if (lines <= most_lines) {
-      for (const Watched* const one : routes) {
-        tell_(fmt::format("{}: {}: {}", one->topic, silence_of(*one), in_words(one->told, 1, hosts)));
+      for (const Silent& one : routes) {
+        tell_(fmt::format("{}: {}: {}", one.watched->topic, silence_of(*one.watched),
+                          in_words(one.watched->told, &one.picture, *around)));
       }
       continue;
     }
     std::vector<std::string> topics;
-    for (const Watched* const one : routes) {
+    for (const Silent& one : routes) {
       if (topics.size() < most_topics) {
-        topics.push_back(one->topic);
+        topics.push_back(one.watched->topic);
       }
     }
+    const Silent& first = routes.front();
     tell_(fmt::format("{}{}: {}: {}", fmt::join(topics, ", "),
                       routes.size() > topics.size()
                           ? fmt::format(" and {} more routes", routes.size() - topics.size())
                           : "",
-                      silence_of(*routes.front()), in_words(routes.front()->told, routes.size(), hosts)));
+                      silence_of(*first.watched),
+                      in_words(first.watched->told, routes.size() == 1 ? &first.picture : nullptr, *around)));
   }
 }
 

@@ -5,38 +5,35 @@
 #include <string>
 #include <vector>
 
+#include "bridge/picture/causes.hpp"
 #include "bridge/carry/runtime/route_clock.hpp"
-#include "bridge/carry/runtime/silence_reasons.hpp"
 
 namespace trestle::carry {
 
 /// Says why nothing comes on a route: 5 s after the start, and then every 5 s what has changed. For routes
 /// that begin later, after 5 to 10 s; for routes on which something came before, when no sender is left. It
-/// writes only some lines, however many routes there are: routes with the same kind of reason share a line.
+/// writes only some lines, however many routes there are: routes with the same cause share a line.
 /// On the thread that runs the io_context, with one timer for all.
 class SilenceWatch {
  public:
   static constexpr std::chrono::seconds period{5};
-  /// Of one look, beside one for each kind of reason.
+  /// Of one look, beside one for each cause.
   static constexpr std::size_t most_lines = 5;
 
   /// A route, as it is looked at.
   struct Watched {
     std::string topic;
     std::function<std::uint64_t()> received;  ///< how many messages have come
-    std::function<SilenceReason()> reason;
+    std::function<RoutePicture()> picture;
     std::uint64_t before = 0;  ///< messages, at the last look
-    SilenceReason told{};
+    Why told{};
     bool is_new = false;  ///< too short a time there to be told of
   };
-  struct Heard {
-    std::size_t someip = 0;
-    std::size_t dds = 0;
-  };
 
-  /// @param prepare  is called before the reasons of a look are asked for: what is known that all need.
+  /// @param prepare  is called before the pictures of a look are asked for, and gives what is around them
+  /// all.
   /// @param tell  a line for the log.
-  SilenceWatch(RouteClock& clock, std::function<Heard()> prepare,
+  SilenceWatch(RouteClock& clock, std::function<const Picture&()> prepare,
                std::function<void(const std::string&)> tell)
       : prepare_{std::move(prepare)}, tell_{std::move(tell)}, clock_{clock}, next_look_{clock.timer([this] {
           look();
@@ -66,7 +63,7 @@ class SilenceWatch {
   void look();
   void arm();
 
-  std::function<Heard()> prepare_;
+  std::function<const Picture&()> prepare_;
   std::function<void(const std::string&)> tell_;
   std::vector<Watched> routes_;
   bool started_ = false;

@@ -16,6 +16,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
@@ -31,6 +32,12 @@ constexpr std::size_t lent_to_slow = 8;
 
 // So many samples that other bridges bring back from SOME/IP show that the route is part of a ring.
 constexpr std::uint64_t returned_in_ring = 3;
+
+// A sample that has come, and when.
+struct Waiting {
+  dds::Sample sample;
+  RouteClock::TimePoint came;
+};
 
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
 struct Job {
@@ -115,7 +122,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
 
   /// What waits or comes is counted as `stopped`.
   void stop() override {
-    boost::circular_buffer<dds::Sample> dropped;  // released without the lock, as above
+    boost::circular_buffer<Waiting> dropped;  // released without the lock, as above
     const std::lock_guard lock{mutex_};
     is_stopped_ = true;
     stopped_ += waiting_.size();
@@ -190,14 +197,33 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     return received_;
   }
 
-  [[nodiscard]] SilenceReason silence(const Surroundings& around) const override {
-    std::vector<dds::FoundWriter> others;  // than bridges that it has nothing to do with
-    std::ranges::copy_if(
-        around.writers_of(dds::ros_topic_name(route_.topic)), std::back_inserter(others),
-        [this](const dds::FoundWriter& one) { return !one.bridge || goes_on(ours_, one.bridge_text); });
-    return why_silent(route_, DdsSilence{.participants = around.participants,
-                                         .writers = others,
-                                         .matched = reader_ ? reader_->matched() : 0});
+  [[nodiscard]] RoutePicture picture(const Surroundings& around) const override {
+    RoutePicture result = picture_of(route_);
+    result.dds.qos = picture_of(qos_);
+    result.dds.open = reader_ != nullptr;
+    result.dds.matched = reader_ ? static_cast<std::uint32_t>(reader_->matched()) : 0;
+    for (const dds::FoundWriter& one : around.writers_of(dds::ros_topic_name(route_.topic))) {
+      // Not of bridges that it has nothing to do with.
+      if ((!one.bridge || goes_on(ours_, one.bridge_text)) && result.dds.writers.size() < most_in_picture) {
+        result.dds.writers.push_back(picture_of(one));
+      }
+    }
+    const auto& handle = offer_->handle();
+    result.someip.offered = handle.has_value();
+    result.someip.subscribers =
+        handle ? static_cast<std::uint32_t>(context_.someip->subscribers(*handle, route_.event)) : 0;
+    result.carried = carried_ + kept_;
+    result.bytes = carried_bytes_;
+    result.limit = static_cast<std::uint32_t>(std::max<std::size_t>(1, route_.qos.depth));
+    RouteClock::TimePoint came{};
+    {
+      const std::lock_guard lock{mutex_};
+      result.received = received_;
+      result.in_use = static_cast<std::uint32_t>(waiting_.size());
+      came = came_;
+    }
+    meter_.fill(result, context_.clock, came);
+    return result;
   }
 
  private:
@@ -216,6 +242,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
         return;
       }
       ++received_;
+      came_ = now;
       if (is_stopped_) {
         ++stopped_;
         return;
@@ -231,11 +258,11 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
         return;
       } else {
         if (waiting_.full()) {
-          oldest = std::move(waiting_.front());
+          oldest = std::move(waiting_.front().sample);
           waiting_.pop_front();
           ++overtaken_;
         }
-        waiting_.push_back(std::move(sample));
+        waiting_.push_back({std::move(sample), now});
         wake = !held_ && !std::exchange(woken_, true);
       }
     }
@@ -284,13 +311,13 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     return false;
   }
 
-  std::optional<dds::Sample> next_sample() {
+  std::optional<Waiting> next_sample() {
     const std::lock_guard lock{mutex_};
     if (waiting_.empty() || held_) {
       woken_ = false;
       return std::nullopt;
     }
-    std::optional<dds::Sample> sample{std::move(waiting_.front())};
+    std::optional<Waiting> sample{std::move(waiting_.front())};
     waiting_.pop_front();
     return sample;
   }
@@ -320,8 +347,8 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     {
       const std::lock_guard lock{mutex_};
       seen_.clear();
-      for (const dds::Sample& sample : waiting_) {
-        const dds::SampleId id = sample.id();
+      for (const Waiting& one : waiting_) {
+        const dds::SampleId id = one.sample.id();
         const auto known = std::ranges::find(seen_, id.writer, &dds::SampleId::writer);
         if (known != seen_.end()) {
           known->sequence = std::max(known->sequence, id.sequence);
@@ -394,13 +421,13 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
       return;  // a job that was done at once: the loop below goes on
     }
     draining_ = true;
-    while (auto sample = next_sample()) {
-      carry(std::move(*sample));
+    while (auto next = next_sample()) {
+      carry(std::move(next->sample), next->came);
     }
     draining_ = false;
   }
 
-  void carry(dds::Sample sample) {
+  void carry(dds::Sample sample, RouteClock::TimePoint came) {
     if (idle_jobs_.empty()) {
       idle_jobs_.push_back(std::make_unique<Job>());
       ++jobs_;
@@ -443,10 +470,18 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     slow_subscriber_ += sent.overtaken;
     if (sent.subscribers == 0 && qos_.transient_local) {
       ++kept_;
+      meter_.carried(after, bytes);
     }
     if (sent.subscribers > 0) {
       ++carried_;
       carried_bytes_ += bytes;
+      meter_.carried({.came = came,
+                      .before = before,
+                      .after = after,
+                      .sent = context_.clock.now(),
+                      .source = since(source_time),
+                      .bytes = bytes,
+                      .session = sent.session});
       context_.report.carried({.topic = route_.topic,
                                .direction = route_.direction,
                                .session = sent.session,
@@ -455,6 +490,13 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
                                .source_time = source_time,
                                .bytes = bytes});
     }
+  }
+
+  // Since then, by the clock on the wall; negative: the writer did not say when.
+  [[nodiscard]] std::chrono::nanoseconds since(std::chrono::nanoseconds source_time) const {
+    return source_time.count() <= 0
+               ? std::chrono::nanoseconds{-1}
+               : std::max(std::chrono::nanoseconds{0}, context_.clock.since_1970() - source_time);
   }
 
   // Nothing that waited for longer than its lifespan is worth carrying.
@@ -514,6 +556,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   std::vector<std::unique_ptr<Job>> idle_jobs_;
   std::size_t jobs_ = 0;  ///< those that are idle, and one for each sample that is lent out
   bool draining_ = false;
+  RouteMeter meter_;
   std::uint64_t carried_ = 0;
   std::uint64_t carried_bytes_ = 0;
   std::uint64_t kept_ = 0;  ///< values of a latched topic that wait for subscribers
@@ -526,10 +569,11 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   std::uint64_t copied_ = 0;  ///< samples that could not be lent out
 
   mutable std::mutex mutex_;  // of what follows
-  boost::circular_buffer<dds::Sample> waiting_;
+  boost::circular_buffer<Waiting> waiting_;
   bool held_;                        ///< what comes waits until it is known whether the topic is latched
   std::vector<dds::SampleId> seen_;  ///< the last of each writer that the reader before had
   bool woken_ = false;               ///< drain() has been asked for
+  RouteClock::TimePoint came_{};     ///< the last one
   std::uint64_t received_ = 0;
   std::uint64_t overtaken_ = 0;
   bool is_stopped_ = false;

@@ -257,7 +257,7 @@ nlohmann::ordered_json Figures::to_json() const {
   constexpr std::array names{"dds_to_someip_conversion", "someip_transport", "someip_to_dds_conversion",
                              "publish_to_receive"};
   for (std::size_t i = 0; i < leg_count; ++i) {
-    const Histogram& samples = legs_[i];
+    const statistics::Histogram& samples = legs_[i];
     latency[names[i]] = {{"count", samples.count()},
                          {"p50", samples.percentile(50)},
                          {"p99", samples.percentile(99)},

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/measure/histogram.hpp"
+#include "bridge/statistics/histogram.hpp"
 
 /// What the demo measures, from what its four processes report. No process, clock or terminal in here.
 namespace trestle::measure::demo {
@@ -56,7 +56,9 @@ class Figures {
   [[nodiscard]] std::uint64_t outstanding() const noexcept { return counts_.sent - counts_.arrived; }
   /// The same without those that were sent less than a second ago and may be under way.
   [[nodiscard]] std::uint64_t lost(std::int64_t now_ns) const;
-  [[nodiscard]] const Histogram& leg(Leg leg) const noexcept { return legs_[static_cast<std::size_t>(leg)]; }
+  [[nodiscard]] const statistics::Histogram& leg(Leg leg) const noexcept {
+    return legs_[static_cast<std::size_t>(leg)];
+  }
 
   struct Rate {
     double clouds_per_second = 0;
@@ -119,7 +121,7 @@ class Figures {
   std::vector<Arrival> waiting_;                 ///< received, not yet reported as published
 
   // Legs. Of a message on the SOME/IP side both bridges know the session id.
-  std::array<Histogram, leg_count> legs_;
+  std::array<statistics::Histogram, leg_count> legs_;
   std::map<std::uint16_t, std::int64_t> left_a_;  ///< (2) by session id
   std::map<std::uint16_t, std::int64_t> came_b_;  ///< (3) by session id
 

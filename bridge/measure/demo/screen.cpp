@@ -42,7 +42,7 @@ std::string table(const Figures& figures, Figures::Rate rate, std::uint64_t lost
   out += fmt::format("  {}{:<32}{:>10}  {:>10}{}\n", colours.dim, "time between checkpoints", "p50", "p99",
                      colours.off);
   for (std::size_t i = 0; i < leg_count; ++i) {
-    const Histogram& samples = figures.leg(static_cast<Leg>(i));
+    const statistics::Histogram& samples = figures.leg(static_cast<Leg>(i));
     const bool any = samples.count() > 0;
     out += fmt::format("  {} {:<28}{:>10}  {:>10}\n", leg_texts[i].checkpoints, leg_texts[i].what,
                        any ? cli::duration_text(samples.percentile(50)) : "-",
@@ -57,7 +57,7 @@ std::string one_line(const Figures& figures, std::int64_t now_ns, std::chrono::s
   }
   const CloudCounts& counts = figures.counts();
   const Figures::Rate rate = figures.rate_now(now_ns);
-  const Histogram& end_to_end = figures.leg(Leg::end_to_end);
+  const statistics::Histogram& end_to_end = figures.leg(Leg::end_to_end);
   return fmt::format(
       "{:4} s  sent {}  arrived {}  lost {}  corrupt {}  {:.1f} clouds/s  {:.1f} MB/s  p50 {}  p99 {}\n",
       running.count(), counts.sent, counts.arrived, figures.lost(now_ns), counts.corrupt,

@@ -22,7 +22,7 @@ constexpr double nines = 5;
 /// Both axes are logarithmic: latency upwards, and to the right the fraction of samples that is slower.
 class Axes {
  public:
-  explicit Axes(const Histogram& latency)
+  explicit Axes(const statistics::Histogram& latency)
       : low_{std::floor(std::log10(std::max<double>(1, static_cast<double>(latency.min()))))},
         high_{std::max(low_ + 1,
                        std::ceil(std::log10(std::max<double>(2, static_cast<double>(latency.max())))))} {}
@@ -87,7 +87,7 @@ std::string to_svg(const Result& result) {
   out += R"(<polyline fill="none" stroke="#1f77b4" stroke-width="2" points=")";
   const auto all = static_cast<double>(result.latency.count());
   std::uint64_t seen = 0;
-  for (const Histogram::Bucket& bucket : result.latency.buckets()) {
+  for (const statistics::Histogram::Bucket& bucket : result.latency.buckets()) {
     const double y = axes.y(static_cast<double>(std::min(bucket.up_to, result.latency.max())));
     out += fmt::format("{:.1f},{:.1f} ", Axes::x(1 - static_cast<double>(seen) / all), y);
     seen += bucket.count;

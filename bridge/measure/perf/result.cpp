@@ -23,7 +23,7 @@ std::string to_text(const Result& result) {
                      result.sent, result.received, result.lost, result.failed);
   out += fmt::format("  rate       {:.0f} /s   {:.2f} MB/s\n", result.per_second(),
                      result.megabytes_per_second());
-  const Histogram& latency = result.latency;
+  const statistics::Histogram& latency = result.latency;
   const auto at = [&](double percent) { return cli::duration_text(latency.percentile(percent)); };
   out += fmt::format("  latency    min {}   p50 {}   p90 {}   p99 {}   p99.9 {}   max {}\n",
                      cli::duration_text(latency.min()), at(50), at(90), at(99), at(99.9),
@@ -46,7 +46,7 @@ std::string to_text(const Result& result) {
 }
 
 nlohmann::ordered_json to_json(const Result& result) {
-  const Histogram& latency = result.latency;
+  const statistics::Histogram& latency = result.latency;
   nlohmann::ordered_json out{{"what", result.what},
                              {"transport", result.transport},
                              {"how", result.how},
@@ -66,7 +66,7 @@ nlohmann::ordered_json to_json(const Result& result) {
     out["clock_error_ns"] = *result.clock_error_ns;
   }
   auto& histogram = out["histogram"] = nlohmann::ordered_json::array();
-  for (const Histogram::Bucket& bucket : latency.buckets()) {
+  for (const statistics::Histogram::Bucket& bucket : latency.buckets()) {
     histogram.push_back({bucket.up_to, bucket.count});
   }
   for (const auto& [process, cpu] : result.cpu) {

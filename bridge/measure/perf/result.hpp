@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "bridge/measure/histogram.hpp"
+#include "bridge/statistics/histogram.hpp"
 
 namespace trestle::measure::perf {
 
@@ -25,7 +25,7 @@ struct Result {
   std::uint64_t received = 0;  ///< answers, or events; with a latency each
   std::uint64_t lost = 0;
   std::uint64_t failed = 0;  ///< answered with an error
-  Histogram latency{};
+  statistics::Histogram latency{};
   /// Of events: how exact latencies are, as the two clocks had to be compared; nothing: it is one clock.
   std::optional<std::int64_t> clock_error_ns{};
   std::map<std::string, CpuTime> cpu{};  ///< by process: "client", "server"; "this_end" of a bridge

@@ -1,4 +1,4 @@
-// Why nothing comes to a route, in words, and how often that is said.
+// How often it is said why nothing comes to a route; in which words: test/bridge/picture.
 #include <gmock/gmock.h>
 
 #include "bridge/carry/runtime/silence_watch.hpp"
@@ -7,127 +7,46 @@
 namespace trestle::test::silence_test {
 namespace {
 
-using carry::Route;
-using carry::SilenceReason;
+using carry::RoutePicture;
 using carry::SilenceWatch;
-using Kind = carry::SilenceReason::Kind;
 using namespace std::chrono_literals;
-using testing::AllOf;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-Route route() {
-  Route result;
-  result.topic = "/points";
-  result.type = "sensor_msgs/msg/PointCloud2";
-  result.service = someip::ServiceId{0x1111};
-  result.instance = someip::InstanceId{1};
-  result.eventgroup = someip::EventgroupId{7};
-  result.event = someip::MethodId{0x8001};
-  result.minor = carry::any_minor;
-  return result;
+/// An event that is subscribed to, or of a service that nobody offers.
+RoutePicture subscribed() {
+  RoutePicture route;
+  route.kind = "event_to_topic";
+  route.service = 0x1111;
+  route.instance = 1;
+  route.eventgroup = 7;
+  route.major = 1;
+  route.someip.wanted = true;
+  route.someip.subscribed = true;
+  return route;
 }
-sd::SeenOffer offer(std::uint16_t instance, std::uint8_t major) {
-  return {someip::ServiceId{0x1111}, someip::InstanceId{instance}, major, 0, IpAddress::v4(10, 0, 0, 3)};
+RoutePicture not_offered() {
+  RoutePicture route = subscribed();
+  route.someip.subscribed = false;
+  return route;
 }
-std::string said(const SilenceReason& reason, std::size_t heard = 2) {
-  return in_words(reason, 1, heard);
-}
-std::string of_someip(const carry::SomeipSilence& known, std::size_t heard = 2) {
-  return said(why_silent(route(), known), heard);
-}
-std::string of_dds(const carry::DdsSilence& known, std::size_t heard = 2) {
-  return said(why_silent(route(), known), heard);
-}
-
-TEST(Silence, OfAServiceThatNobodyOffers) {
-  EXPECT_EQ(of_someip({}), "nobody offers 0x1111.0x0001 (2 SOME/IP hosts were heard)");
-  EXPECT_EQ(of_someip({}, 1), "nobody offers 0x1111.0x0001 (1 SOME/IP host was heard)");
-  EXPECT_EQ(of_someip({}, 0), "nobody offers 0x1111.0x0001 (no other SOME/IP host was heard)");
-}
-
-TEST(Silence, OfAServiceThatIsOfferedOtherwise) {
-  const std::vector instance{offer(2, 1)};
-  EXPECT_EQ(of_someip({.offers = instance}),
-            "0x1111.0x0001 version 1.any is not offered, but 0x1111.0x0002 version 1.0 by 10.0.0.3");
-  const std::vector major{offer(1, 2), offer(1, 3)};
-  EXPECT_EQ(of_someip({.offers = major}),
-            "0x1111.0x0001 version 1.any is not offered, but 0x1111.0x0001 version 2.0 by 10.0.0.3, "
-            "0x1111.0x0001 version 3.0 by 10.0.0.3");
-  std::vector<sd::SeenOffer> many;
-  for (std::uint16_t i = 2; i < 1000; ++i) {
-    many.push_back(offer(i, 1));
-  }
-  EXPECT_THAT(of_someip({.offers = many}), AllOf(HasSubstr(" and 994 more"), SizeIs(testing::Lt(400U))));
-}
-
-TEST(Silence, OfASubscriptionThatIsNone) {
-  const std::vector offers{offer(1, 1)};
-  EXPECT_EQ(
-      of_someip({.offers = offers, .subscription = true}),
-      "0x1111.0x0001 is offered, but the server has not answered the subscription to eventgroup 0x0007");
-  EXPECT_EQ(of_someip({.offers = offers, .subscription = true, .refused = true}),
-            "0x1111.0x0001 is offered, but the server refuses eventgroup 0x0007");
-  EXPECT_EQ(of_someip({.offers = offers, .subscription = true, .over_tcp_only = true}),
-            "0x1111.0x0001 is offered, but not over TCP; `transport: tcp` is wanted for eventgroup 0x0007");
-  EXPECT_EQ(why_silent(route(), carry::SomeipSilence{.offers = offers}).kind, Kind::none)
-      << "waits for a reader";
-}
-
-TEST(Silence, OfEventsWithOtherIds) {
-  const std::vector offers{offer(1, 1)};
-  const carry::SomeipSilence known{
-      .offers = offers,
-      .subscription = true,
-      .subscribed = true,
-      .others = {.count = 9, .ids = {someip::MethodId{0x8005}, someip::MethodId{0x8006}}}};
-  EXPECT_EQ(of_someip(known), "of 0x1111.0x0001 came event 0x8005, 0x8006; the route waits for 0x8001");
-  EXPECT_EQ(of_someip({.offers = offers, .subscription = true, .subscribed = true}),
-            "eventgroup 0x0007 of 0x1111.0x0001 is subscribed to, but no event has come");
-}
-
-TEST(Silence, OfAnAddressThatIsNotTheInterfaces) {
-  EXPECT_EQ(of_someip({.other_interface = "10.0.0.1 is not that of `interface` eth1, but of eth0"}),
-            "`address` 10.0.0.1 is not that of `interface` eth1, but of eth0: service discovery uses another "
-            "network than the other hosts");
-}
-
-TEST(Silence, OfATopic) {
-  EXPECT_THAT(of_dds({}), HasSubstr("nobody else is in the DDS domain"));
-  EXPECT_EQ(of_dds({.participants = 3}, 3), "nobody publishes it (3 participants in the DDS domain)");
-  const std::vector other{dds::FoundWriter{.topic = "rt/points", .type = "std_msgs::msg::dds_::String_"}};
-  EXPECT_EQ(of_dds({.participants = 3, .writers = other}),
-            "it is published with type std_msgs/msg/String; the route has sensor_msgs/msg/PointCloud2");
-  const std::vector right{
-      dds::FoundWriter{.topic = "rt/points", .type = "sensor_msgs::msg::dds_::PointCloud2_"}};
-  EXPECT_THAT(of_dds({.participants = 3, .writers = right}), HasSubstr("does not go with the route's `qos`"));
-  EXPECT_EQ(of_dds({.participants = 3, .writers = right, .matched = 1}),
-            "a publisher is there, but has published nothing since");
-}
-
-TEST(Silence, OfAPattern) {
-  const auto of = [](const carry::PatternSilence& known, std::size_t heard) {
-    return said(why_silent(known), heard);
-  };
-  EXPECT_THAT(of({}, 0), HasSubstr("nobody else is in the DDS domain"));
-  EXPECT_EQ(of({.participants = 3}, 3),
-            "nobody publishes a topic that matches (3 participants in the DDS domain)");
-  EXPECT_THAT(of({.participants = 3, .brought = true}, 3), HasSubstr("is brought in by other bridges"));
-  EXPECT_THAT(of({.participants = 3, .topics = 2, .brought = true}, 3), HasSubstr("none gets a route"));
-  EXPECT_EQ(of({.routes = 1, .participants = 3, .topics = 2}, 3), "nothing is amiss");
+/// A topic without a publisher.
+RoutePicture not_published() {
+  RoutePicture route;
+  route.kind = "topic_to_event";
+  return route;
 }
 
 class Watch : public testing::Test {
  protected:
   void add(std::size_t routes) {
-    state_.resize(routes, {Kind::not_offered, "0x1111.0x0001"});
+    state_.resize(routes, not_offered());
     received_.resize(routes);
     for (std::size_t i = 0; i < routes; ++i) {
       watch_.add({.topic = "/t" + std::to_string(i),
                   .received = [this, i] { return received_[i]; },
-                  .reason = [this, i] { return state_[i]; }});
+                  .picture = [this, i] { return state_[i]; }});
     }
   }
   std::vector<std::string> lines() {
@@ -137,14 +56,16 @@ class Watch : public testing::Test {
     return lines_;
   }
   VirtualClock clock_;
-  std::vector<SilenceReason> state_;
+  std::vector<RoutePicture> state_;
   std::vector<std::uint64_t> received_;
   std::vector<std::string> lines_;
   std::size_t looks_ = 0;
+  carry::Picture around_;
   SilenceWatch watch_{clock_,
-                      [this] {
-                        ++looks_;
-                        return SilenceWatch::Heard{.someip = looks_, .dds = 3};
+                      [this]() -> const carry::Picture& {
+                        around_.someip.heard = static_cast<std::uint32_t>(++looks_);
+                        around_.dds.heard = 3;
+                        return around_;
                       },
                       [this](const std::string& line) { lines_.push_back(line); }};
 };
@@ -155,8 +76,9 @@ TEST_F(Watch, TellsOnceAndAgainWhenTheReasonChanges) {
                                    "was heard)",
                                    testing::StartsWith("/t1: ")));
   EXPECT_THAT(lines(), IsEmpty()) << "another number of hosts is no other reason";
-  state_[1] = {Kind::no_event, "subscribed"};
-  EXPECT_THAT(lines(), ElementsAre("/t1: nothing has come yet: subscribed"));
+  state_[1] = subscribed();
+  EXPECT_THAT(lines(), ElementsAre("/t1: nothing has come yet: eventgroup 0x0007 of 0x1111.0x0001 is "
+                                   "subscribed to, but no event has come"));
   ++received_[1];
   EXPECT_THAT(lines(), IsEmpty());
   ++received_[0];
@@ -167,11 +89,11 @@ TEST_F(Watch, TellsOnceAndAgainWhenTheReasonChanges) {
 
 TEST_F(Watch, TellsOfARouteThatHasWorkedWhenNobodyIsThereAnyLonger) {
   add(1);
-  state_[0] = {Kind::no_event, "subscribed"};
-  ++received_[0];
+  state_[0] = subscribed();
+  state_[0].received = ++received_[0];
   EXPECT_THAT(lines(), IsEmpty());
   EXPECT_THAT(lines(), IsEmpty()) << "who is there may have nothing to say";
-  state_[0] = {Kind::not_offered, "0x1111.0x0001"};
+  state_[0].someip.subscribed = false;
   EXPECT_THAT(lines(), ElementsAre("/t0: nothing comes any longer: nobody offers 0x1111.0x0001 (2 SOME/IP "
                                    "hosts were heard)"));
   EXPECT_THAT(lines(), IsEmpty());
@@ -184,14 +106,14 @@ TEST_F(Watch, GivesTimeToRoutesThatBeginLater) {
   add(1);
   watch_.start();
   EXPECT_THAT(lines(), SizeIs(1));
-  state_.push_back({Kind::no_sample, {}});
+  state_.push_back(subscribed());
   watch_.add({.topic = "/late",
               .received = [] { return std::uint64_t{0}; },
-              .reason = [this] { return state_[1]; }});
+              .picture = [this] { return state_[1]; }});
   EXPECT_THAT(lines(), IsEmpty());
   EXPECT_THAT(lines(), ElementsAre(testing::StartsWith("/late: ")));
   watch_.remove("/late");
-  state_[1] = {Kind::no_publisher, {}};
+  state_[1] = not_published();
   EXPECT_THAT(lines(), IsEmpty());
   watch_.stop();
 }
@@ -216,14 +138,14 @@ TEST_F(Watch, BeginsToLookWhenThereIsSomethingToLookAt) {
 TEST_F(Watch, TellsOfAThousandRoutesInAFewLines) {
   add(1000);
   for (std::size_t i = 0; i < 300; ++i) {
-    state_[i] = {Kind::no_publisher, {}};
+    state_[i] = not_published();
   }
   EXPECT_THAT(
       lines(),
       ElementsAre("/t300, /t301, /t302 and 697 more routes: nothing has come yet: nobody offers their "
                   "services (1 SOME/IP host was heard)",
                   "/t0, /t1, /t2 and 297 more routes: nothing has come yet: nobody publishes them (3 "
-                  "participants in the DDS domain)"));
+                  "participants in DDS domain 0)"));
   EXPECT_THAT(lines(), IsEmpty());
 }
 

@@ -1,8 +1,8 @@
-#include "bridge/measure/histogram.hpp"
+#include "bridge/statistics/histogram.hpp"
 
 #include <gmock/gmock.h>
 
-namespace trestle::measure::perf {
+namespace trestle::statistics {
 namespace {
 
 using testing::ElementsAre;
@@ -55,6 +55,16 @@ TEST(Histogram, IsRightToAThousandthAtAllSizes) {
   }
 }
 
+TEST(Histogram, IsRightToAnEighthWhenItIsCoarse) {
+  for (std::int64_t value = 3; value < Histogram::largest; value = value * 7 / 4) {
+    Histogram latencies{Histogram::coarse};
+    latencies.add(value);
+    latencies.add(Histogram::largest);
+    EXPECT_GE(latencies.percentile(50), value);
+    EXPECT_LE(latencies.percentile(50), value + value / 8);
+  }
+}
+
 TEST(Histogram, NeverAnswersMoreThanTheLargestValue) {
   Histogram latencies;
   latencies.add(1'000'000'001);
@@ -71,4 +81,4 @@ TEST(Histogram, TakesWhatIsOutOfRangeForTheNearestValueInIt) {
 }
 
 }  // namespace
-}  // namespace trestle::measure::perf
+}  // namespace trestle::statistics

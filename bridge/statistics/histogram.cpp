@@ -1,35 +1,35 @@
-#include "bridge/measure/histogram.hpp"
+#include "bridge/statistics/histogram.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-namespace trestle::measure {
+namespace trestle::statistics {
 namespace {
 
-// The first 2^11 buckets hold one value each; every further 2^10 hold twice as many as those before.
-constexpr unsigned exact_bits = 11;
-constexpr std::size_t half = std::size_t{1} << (exact_bits - 1);
-
-std::size_t index_of(std::int64_t value) noexcept {
+// The first 2^exact_bits buckets hold one value each; every further half as many hold twice as many as those
+// before.
+std::size_t index_of(std::int64_t value, unsigned exact_bits) noexcept {
   const auto bits = static_cast<std::uint64_t>(value);
   const auto width = static_cast<unsigned>(std::bit_width(bits));
   const unsigned shift = width > exact_bits ? width - exact_bits : 0;
-  return shift * half + (bits >> shift);
+  return (static_cast<std::size_t>(shift) << (exact_bits - 1)) + (bits >> shift);
 }
 
-std::int64_t largest_of(std::size_t index) noexcept {
+std::int64_t largest_of(std::size_t index, unsigned exact_bits) noexcept {
+  const std::size_t half = std::size_t{1} << (exact_bits - 1);
   const std::size_t shift = index < 2 * half ? 0 : index / half - 1;
   return static_cast<std::int64_t>(((index - shift * half + 1) << shift) - 1);
 }
 
 }  // namespace
 
-Histogram::Histogram() : counts_(index_of(largest) + 1) {}
+Histogram::Histogram(unsigned exact_bits)
+    : exact_bits_{exact_bits}, counts_(index_of(largest, exact_bits) + 1) {}
 
 void Histogram::add(std::int64_t value) noexcept {
   value = std::clamp<std::int64_t>(value, 0, largest);
-  ++counts_[index_of(value)];
+  ++counts_[index_of(value, exact_bits_)];
   ++count_;
   min_ = std::min(min_, value);
   max_ = std::max(max_, value);
@@ -49,7 +49,7 @@ std::int64_t Histogram::percentile(double percent) const noexcept {
   for (std::size_t i = 0; i < counts_.size(); ++i) {
     below += counts_[i];
     if (below >= rank) {
-      return std::min(largest_of(i), max_);
+      return std::min(largest_of(i, exact_bits_), max_);
     }
   }
   return max_;
@@ -59,10 +59,10 @@ std::vector<Histogram::Bucket> Histogram::buckets() const {
   std::vector<Bucket> result;
   for (std::size_t i = 0; i < counts_.size(); ++i) {
     if (counts_[i] != 0) {
-      result.push_back({largest_of(i), counts_[i]});
+      result.push_back({largest_of(i, exact_bits_), counts_[i]});
     }
   }
   return result;
 }
 
-}  // namespace trestle::measure
+}  // namespace trestle::statistics
