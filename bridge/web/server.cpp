@@ -298,6 +298,8 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     }
     request->method = text(message.method_string());
     request->body = message.body();
+    request->accept = text(message[http::field::accept]);
+    request->authorization = text(message[http::field::authorization]);
     try {
       handler_(*request, reply);
     } catch (const std::exception& error) {

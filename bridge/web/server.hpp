@@ -26,6 +26,8 @@ struct Request {
   std::string path;    ///< decoded, begins with "/": "/api/model"
   std::map<std::string, std::string, std::less<>> query{};
   std::string body{};
+  std::string accept{};         ///< the header, as it came
+  std::string authorization{};  ///< likewise
 };
 
 /// What it gets.

@@ -1,6 +1,7 @@
 #include "bridge/carry/commands/carry_commands.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -9,23 +10,32 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
+#include <boost/system/system_error.hpp>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "bridge/carry/commands/drop_root.hpp"
 #include "bridge/carry/commands/explain.hpp"
 #include "bridge/carry/commands/summary.hpp"
+#include "bridge/carry/config/load_console.hpp"
 #include "bridge/carry/runtime/bridge.hpp"
 #include "bridge/carry/runtime/limited_sink.hpp"
 #include "bridge/carry/runtime/spare_memory.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/on_signal.hpp"
+#include "bridge/console/console.hpp"
+#include "bridge/console/status_place.hpp"
+#include "bridge/console/status_socket.hpp"
 #include "bridge/messages/types/type_library.hpp"
+#include "bridge/picture/picture_json.hpp"
 #include "sd/net/busy_run.hpp"
+#include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -33,6 +43,7 @@ namespace {
 struct Options {
   std::string file;
   std::string user;
+  std::string console;
   int report_fd = -1;
   bool quiet = false;
 };
@@ -61,12 +72,36 @@ void raise_descriptor_limit() {
   }
 }
 
+// The token that the console asks for.
+std::string token_of(const std::string& file) {
+  if (file.empty()) {
+    return {};
+  }
+  constexpr std::size_t least = 16;
+  std::ifstream in{file};
+  std::string token;
+  std::getline(in, token);
+  while (!token.empty() && (token.back() == '\r' || token.back() == ' ')) {
+    token.pop_back();
+  }
+  if (token.size() < least) {
+    throw std::runtime_error{
+        fmt::format("console: {} has no token in its first line, of at least {} characters", file, least)};
+  }
+  return token;
+}
+
 /// Runs the bridge of a configuration, and can replace it by the bridge of another one.
 class Runner {
  public:
   Runner(boost::asio::io_context& io, const Options& options, BridgeConfig config)
-      : io_{io}, file_{options.file}, report_{options.report_fd}, config_{std::move(config)} {
+      : io_{io},
+        file_{options.file},
+        console_address_{options.console},
+        report_{options.report_fd},
+        config_{std::move(config)} {
     start();
+    open_status();
   }
 
   void show() { print_counters(*bridge_, report_); }
@@ -90,6 +125,7 @@ class Runner {
     spdlog::info("{} was read again: beginning anew", file_);
     show();
     bridge_->stop();
+    console_.reset();
     bridge_.reset();  // frees the sockets for the new bridge
     const BridgeConfig before = std::exchange(config_, std::move(*changed));
     try {
@@ -102,6 +138,9 @@ class Runner {
     }
   }
 
+  /// Where `trestle status` finds this bridge; empty: nowhere.
+  [[nodiscard]] std::string status_path() const { return status_ ? status_->path().string() : std::string{}; }
+
   /// The value in the present configuration.
   [[nodiscard]] const Duration& busy_poll() const noexcept { return config_.someip.busy_poll; }
 
@@ -110,15 +149,69 @@ class Runner {
     // The files of the types are read again too, because they may have changed.
     messages::TypeLibrary types = messages::TypeLibrary::in(config_.types);
     bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
+    try {
+      open_console();
+    } catch (...) {
+      bridge_->stop();  // what was offered a moment ago is withdrawn
+      bridge_.reset();
+      throw;
+    }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
                  count_of_all(config_), file_);
   }
 
+  void open_console() {
+    std::optional<ConsoleSettings> settings = config_.console;
+    if (!console_address_.empty()) {
+      if (!settings) {
+        settings.emplace();
+      }
+      settings->at = *console_address().read(console_address_);
+    }
+    if (!settings) {
+      return;
+    }
+    if (const std::string fault = fault_of(*settings); !fault.empty()) {
+      throw std::runtime_error{"console: " + fault};
+    }
+    try {
+      console_ = std::make_unique<console::Console>(
+          io_, console::ConsoleSettings{settings->at, token_of(settings->token_file)},
+          [this] { return picture(); });
+    } catch (const boost::system::system_error& error) {
+      throw std::runtime_error{fmt::format("console: cannot listen at {}: {}",
+                                           someip::to_string(settings->at), error.code().message())};
+    }
+    spdlog::info("console: {}metrics", console_->url());
+  }
+
+  // Without it everything else works.
+  void open_status() {
+    try {
+      const auto folder = console::status_folder();
+      if (!folder) {
+        throw std::runtime_error{folder.error()};
+      }
+      status_.emplace(io_, *folder, [this] { return to_json(picture()); });
+    } catch (const std::exception& error) {
+      spdlog::info("'trestle status' cannot show this bridge: {}", error.what());
+    }
+  }
+
+  [[nodiscard]] Picture picture() const {
+    Picture picture = bridge_ ? bridge_->picture() : Picture{};
+    picture.program = TRESTLE_VERSION;
+    return picture;
+  }
+
   boost::asio::io_context& io_;
   std::string file_;
+  std::string console_address_;  ///< of the command line
   Report report_;
   BridgeConfig config_;
   std::unique_ptr<Bridge> bridge_;
+  std::unique_ptr<console::Console> console_;
+  std::optional<console::StatusSocket> status_;
 };
 
 int run(const Options& options) {
@@ -157,6 +250,7 @@ int run(const Options& options) {
   const SpareMemory spare_memory{io};
   runner.emplace(io, options, std::move(*config));
   if (drop_root) {
+    drop_root->give(runner->status_path());
     drop_root->now();
     spdlog::info("running as {}", options.user);
   }
@@ -174,11 +268,13 @@ void add_bridge_command(CLI::App& app, int& status) {
       "Runs until Ctrl-C (SIGINT) or SIGTERM, then withdraws its offers and subscriptions. Counters of "
       "everything\n"
       "received, sent and lost go to standard output, then and on SIGUSR1; the log goes to standard error.\n"
+      "'trestle status' shows it while it runs.\n"
       "On SIGHUP it reads the configuration and the message types again and starts over with them; if they\n"
       "have errors, it goes on as before.\n"
       "Exit status: 0 after a clean stop, 1 when something cannot be opened, 2 for a wrong configuration.\n\n"
       "Examples:\n"
       "  trestle bridge bridge.yaml\n"
+      "  trestle bridge --console 127.0.0.1:9464 bridge.yaml\n"
       "  trestle bridge --report-fd 3 bridge.yaml 3>report.jsonl");
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "Configuration (YAML); see 'trestle check'")->required();
@@ -192,11 +288,20 @@ void add_bridge_command(CLI::App& app, int& status) {
           "--user", options->user,
           "Started by root: give up its rights for those of this user as soon as the sockets are open")
       ->type_name("NAME");
+  command
+      ->add_option(
+          "--console", options->console,
+          "Serve /metrics, /healthz and /readyz at this address of this host (port 9464 unless told); "
+          "other hosts need the key `console` with a token")
+      ->type_name("ADDRESS[:PORT]");
   command->add_flag("-q,--quiet", options->quiet, "Log only problems");
   command->callback([options, &status] {
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
       throw CLI::ValidationError("--report-fd",
                                  "file descriptor " + std::to_string(options->report_fd) + " is not open");
+    }
+    if (!options->console.empty() && !console_address().read(options->console)) {
+      throw CLI::ValidationError("--console", "expected " + console_address().expected);
     }
     status = run(*options);
   });

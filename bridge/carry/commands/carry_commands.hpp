@@ -1,8 +1,9 @@
-// bridge/carry/commands: `trestle bridge` and `trestle check`.
+// bridge/carry/commands: `trestle bridge`, `trestle check` and `trestle status`.
 //
-//   carry_commands.hpp  start here: both commands
+//   carry_commands.hpp  start here: the commands
 //   bridge_command.cpp  runs a bridge; SIGUSR1 prints counters, SIGHUP reads the file again
 //   check_command.cpp   checks configurations, and says what they would do
+//   status_command.cpp  shows the bridges that run; status_text.hpp: for people
 //   summary.hpp         what a configuration does, as tables
 //   explain.hpp         loads a file, or explains what is wrong with it
 //   field_packages.hpp  writes the ROS packages of field services
@@ -18,5 +19,7 @@ namespace trestle::carry {
 void add_bridge_command(CLI::App& app, int& status);
 /// `trestle check FILE...`: says what is wrong with configurations, or what they would do.
 void add_check_command(CLI::App& app, int& status);
+/// `trestle status`: shows the bridges that run on this host.
+void add_status_command(CLI::App& app, int& status);
 
 }  // namespace trestle::carry

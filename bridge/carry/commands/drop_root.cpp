@@ -39,6 +39,11 @@ DropRoot::DropRoot(const std::string& user) : user_{user} {
   }
 }
 
+void DropRoot::give(const std::string& path) const {
+  // In a folder that another user may write to it could be somebody else's by now: never through a link.
+  static_cast<void>(::lchown(path.c_str(), uid_, gid_));
+}
+
 void DropRoot::now() const {
   // The user last: only root may do the rest. The C library does each for all threads.
   if (initgroups(user_.c_str(), gid_) != 0 || setresgid(gid_, gid_, gid_) != 0 ||

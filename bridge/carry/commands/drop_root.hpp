@@ -11,6 +11,9 @@ class DropRoot {
   /// @throws std::runtime_error when there is no such user, it is root itself, or we are not root.
   explicit DropRoot(const std::string& user);
 
+  /// Makes the user the owner of a file, if that can be.
+  void give(const std::string& path) const;
+
   /// Becomes the user, with all threads. Not to be undone.
   /// @throws std::runtime_error
   void now() const;

@@ -1,7 +1,9 @@
 // bridge/carry/config: the configuration of a bridge.
 //
 //   bridge_config.hpp   what a file says, as plain values
-//   load.hpp            reads and checks a file; load_access.hpp, load_dds.hpp, load_limits.hpp: sections
+//   load.hpp            reads and checks a file; load_access.hpp, load_console.hpp, load_dds.hpp,
+//   load_limits.hpp:
+//                       sections
 //   elements.hpp        the elements of its lists, read in load_route.cpp, load_method.cpp and so on
 //   conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
 //   topic_pattern.hpp   patterns of topics; lock_file.hpp, id_allocator.hpp: ids of discovered topics
@@ -130,6 +132,14 @@ struct DiagnosticsSettings {
   std::string topic = "/diagnostics";
   Duration period = std::chrono::seconds{1};  ///< and at each change of a state
   documents::Mark mark;                       ///< of the topic
+};
+
+/// Where the running bridge is looked at over HTTP.
+struct ConsoleSettings {
+  Endpoint at{IpAddress::v4(127, 0, 0, 1), default_port};
+  std::string token_file{};  ///< what whoever asks has to have; empty: only this host may ask
+  documents::Mark mark{};
+  static constexpr std::uint16_t default_port = 9464;  ///< of exporters of OpenTelemetry
 };
 
 /// Which of a route's ends exist only while there is somebody at the other one.
@@ -261,6 +271,7 @@ struct BridgeConfig {
   SomeipSettings someip;
   DdsSettings dds;
   DiagnosticsSettings diagnostics;
+  std::optional<ConsoleSettings> console{};  ///< nothing: there is none
   messages::TypePlaces types;  ///< folders with .msg packages, and the interfaces that are named
   /// In the file's order, as the methods and patterns, of which there is at least one. Then those that the
   /// lock file and patterns from SOME/IP make together.

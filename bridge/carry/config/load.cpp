@@ -9,6 +9,7 @@
 
 #include "bridge/carry/config/conflicts.hpp"
 #include "bridge/carry/config/load_access.hpp"
+#include "bridge/carry/config/load_console.hpp"
 #include "bridge/carry/config/load_dds.hpp"
 #include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/carry/config/load_limits.hpp"
@@ -293,6 +294,9 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   }
   if (const YAML::Node diagnostics = section.child("diagnostics")) {
     load_diagnostics(diagnostics, config.diagnostics, problems);
+  }
+  if (const YAML::Node console = section.child("console")) {
+    load_console(console, config.file, config.console.emplace(), problems);
   }
   if (const YAML::Node types = section.child("types")) {
     load_types(types, config.file, config.types.folders, problems);

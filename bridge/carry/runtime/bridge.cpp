@@ -14,7 +14,6 @@
 #include <stdexcept>
 
 #include "bridge/carry/config/ros_environment.hpp"
-#include "bridge/picture/causes.hpp"
 #include "bridge/carry/runtime/dds_receiver.hpp"
 #include "bridge/carry/runtime/dds_words.hpp"
 #include "bridge/carry/runtime/discovered_routes.hpp"
@@ -27,6 +26,7 @@
 #include "bridge/carry/runtime/start_at.hpp"
 #include "bridge/carry/runtime/ways_back.hpp"
 #include "bridge/messages/types/type_library.hpp"
+#include "bridge/picture/causes.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"

@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "bridge/picture/picture.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/report.hpp"
+#include "bridge/picture/picture.hpp"
 
 namespace boost::asio {
 class io_context;

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <memory>
 
-#include "bridge/picture/picture.hpp"
 #include "bridge/carry/runtime/route_clock.hpp"
+#include "bridge/picture/picture.hpp"
 #include "bridge/statistics/histogram.hpp"
 #include "bridge/statistics/rate.hpp"
 #include "someip/wire/header.hpp"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bridge/picture/causes.hpp"
 #include "bridge/carry/runtime/route_clock.hpp"
+#include "bridge/picture/causes.hpp"
 
 namespace trestle::carry {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
-#include "bridge/picture/picture.hpp"
 #include "bridge/carry/runtime/counters.hpp"
+#include "bridge/picture/picture.hpp"
 #include "dds_adapter/participant.hpp"
 #include "sd/net/service_spec.hpp"
 

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 program = sys.argv.pop(1)
-COMMANDS = ["bridge", "check", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo"]
+COMMANDS = ["bridge", "check", "status", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo"]
 
 
 def run(*arguments):

@@ -83,8 +83,9 @@ TEST_F(Mismatches, OfTheEventsId) {
   peer_.notify(handle, someip::MethodId{0x8002}, {&payload, 1});
   ASSERT_TRUE(until_counter("route /text", "unexpected", 1));
   ASSERT_TRUE(until([&] { return log_->has("nothing has come yet"); })) << "it is said after 5 s";
-  EXPECT_THAT(log(), HasSubstr("/text: nothing has come yet: 1 event came with id 0x8002, the route waits for "
-                               "0x8001"));
+  EXPECT_THAT(log(),
+              HasSubstr("/text: nothing has come yet: 1 event came with id 0x8002, the route waits for "
+                        "0x8001"));
 }
 
 /// A route of a type whose fields a peer has in another order, with the same name.

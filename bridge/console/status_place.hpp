@@ -1,0 +1,48 @@
+// bridge/console: how a running bridge is looked at from outside.
+//
+//   status_place.hpp   where running bridges are found on this host, and how one is asked
+//   status_socket.hpp  a bridge's end of that: answers with its picture
+//   fresh_text.hpp     texts that are not made more often than they are worth
+//   metrics.hpp        a picture as metrics, for Prometheus
+//   console.hpp        serves them, and whether the bridge is healthy and ready, over HTTP
+//
+// Reads pictures (bridge/picture) alone; nothing here knows how they are made.
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace trestle::console {
+
+/// The folder in which a bridge of this process has its socket, made if it is not there: in XDG_RUNTIME_DIR,
+/// else /run/trestle, else /tmp/trestle-UID.
+/// @return the first that can be written to, or why there is none.
+[[nodiscard]] tl::expected<std::filesystem::path, std::string> status_folder();
+
+/// All folders in which bridges of this host may have theirs, as far as this process may see.
+[[nodiscard]] std::vector<std::filesystem::path> status_folders();
+
+/// The name of a process's socket: "1234.sock".
+[[nodiscard]] std::string socket_name(int pid);
+
+/// The sockets in the folders, by name.
+[[nodiscard]] std::vector<std::filesystem::path> status_sockets(
+    const std::vector<std::filesystem::path>& folders);
+
+/// What the bridge behind a socket answers.
+enum class AskError : std::uint8_t {
+  gone,         ///< nobody has the socket any more; it was removed, if that is allowed
+  not_allowed,  ///< it is another user's
+  no_answer,    ///< nothing, or not all, in time
+};
+
+/// @param limit  for all of it.
+/// @param max_bytes  of the answer; a longer one counts as none.
+[[nodiscard]] tl::expected<std::string, AskError> ask(const std::filesystem::path& socket,
+                                                      std::chrono::milliseconds limit,
+                                                      std::size_t max_bytes = std::size_t{64} << 20U);
+
+}  // namespace trestle::console
