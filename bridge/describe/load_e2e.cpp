@@ -151,11 +151,14 @@ documents::Format<e2e::Config> method_profile() {
   const auto with_m = documents::one_of<e2e::Config>(
       {{"4m", e2e::Profile4m{}}, {"7m", e2e::Profile7m{}}, {"44m", e2e::Profile44m{}}});
   const documents::Format<e2e::Config> others = event_profile();
+  documents::Shape shape = others.shape;
+  shape.words.insert(shape.words.end(), with_m.shape.words.begin(), with_m.shape.words.end());
   return {others.expected + ", 4m, 7m, 44m",
           [with_m, others](std::string_view text) -> std::optional<e2e::Config> {
             const auto found = with_m.read(text);
             return found ? found : others.read(text);
-          }};
+          },
+          std::move(shape)};
 }
 
 bool has_source_id(const e2e::Config& profile) {

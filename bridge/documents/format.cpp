@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <type_traits>
 
 #include "someip/net/address_text.hpp"
 
@@ -51,11 +52,22 @@ std::string quantity_to_string(double quantity, const std::array<Unit, N>& units
 }
 
 template <typename T>
-Format<T> bounded(std::string expected, T min, T max, std::optional<T> (*read)(std::string_view)) {
-  return {std::move(expected), [=](std::string_view text) {
+Format<T> bounded(std::string expected, Shape::Kind kind, T min, T max,
+                  std::optional<T> (*read)(std::string_view)) {
+  Shape shape{.kind = kind};
+  if constexpr (std::is_same_v<T, Duration>) {
+    shape.min = static_cast<std::uint64_t>(min.count());
+    shape.max = static_cast<std::uint64_t>(max.count());
+  } else {
+    shape.min = min;
+    shape.max = max;
+  }
+  return {std::move(expected),
+          [=](std::string_view text) {
             const std::optional<T> value = read(text);
             return value && *value >= min && *value <= max ? value : std::nullopt;
-          }};
+          },
+          std::move(shape)};
 }
 
 std::optional<Duration> read_duration(std::string_view text) {
@@ -96,39 +108,42 @@ std::optional<std::uint64_t> read_whole(std::string_view text) {
 }
 
 Format<std::uint64_t> whole_number(std::uint64_t min, std::uint64_t max) {
-  return bounded(fmt::format("a whole number from {} to {}", min, max), min, max, read_whole);
+  return bounded(fmt::format("a whole number from {} to {}", min, max), Shape::Kind::number, min, max,
+                 read_whole);
 }
 
 Format<std::uint64_t> id_number(std::uint64_t min, std::uint64_t max) {
-  return bounded(fmt::format("an id from 0x{:04x} to 0x{:04x}", min, max), min, max, read_whole);
+  return bounded(fmt::format("an id from 0x{:04x} to 0x{:04x}", min, max), Shape::Kind::number, min, max,
+                 read_whole);
 }
 
 Format<bool> truth() {
-  return {
-      "true or false", [](std::string_view text) -> std::optional<bool> {
-        return text == "true" ? std::optional{true} : text == "false" ? std::optional{false} : std::nullopt;
-      }};
+  auto format = one_of<bool>({{"true", true}, {"false", false}});
+  format.expected = "true or false";
+  return format;
 }
 
 Format<Duration> duration(Duration min, Duration max) {
   return bounded(
-      fmt::format("a time from {} to {}, with its unit (ns, us, ms, s)", to_string(min), to_string(max)), min,
-      max, read_duration);
+      fmt::format("a time from {} to {}, with its unit (ns, us, ms, s)", to_string(min), to_string(max)),
+      Shape::Kind::time, min, max, read_duration);
 }
 
 Format<std::uint64_t> byte_size(std::uint64_t min, std::uint64_t max) {
   return bounded(
-      fmt::format("a size from {} to {} (in B, KiB or MiB)", bytes_to_string(min), bytes_to_string(max)), min,
-      max, read_size);
+      fmt::format("a size from {} to {} (in B, KiB or MiB)", bytes_to_string(min), bytes_to_string(max)),
+      Shape::Kind::size, min, max, read_size);
 }
 
 Format<IpAddress> ip_address() {
-  return {"an IPv4 or IPv6 address", [](std::string_view text) -> std::optional<IpAddress> {
+  return {"an IPv4 or IPv6 address",
+          [](std::string_view text) -> std::optional<IpAddress> {
             // C strings end at a NUL byte, which text from a file may hold.
             const bool is_text = text.find('\0') == std::string_view::npos;
             const auto address = is_text ? someip::parse_address(std::string{text}) : std::nullopt;
             return address && !address->is_unspecified() ? address : std::nullopt;
-          }};
+          },
+          {.pattern = "^[0-9a-fA-F]*[.:][0-9a-fA-F.:]*$"}};
 }
 
 Format<IpAddress> multicast_address() {
@@ -141,10 +156,13 @@ Format<IpAddress> multicast_address() {
   return result;
 }
 
-Format<std::string> text_that(std::string expected, bool (*is_good)(std::string_view text)) {
-  return {std::move(expected), [is_good](std::string_view text) {
+Format<std::string> text_that(std::string expected, bool (*is_good)(std::string_view text),
+                              std::string pattern) {
+  return {std::move(expected),
+          [is_good](std::string_view text) {
             return is_good(text) ? std::optional<std::string>{text} : std::nullopt;
-          }};
+          },
+          {.pattern = std::move(pattern)}};
 }
 
 Format<std::string> any_text(std::string expected) {

@@ -18,6 +18,11 @@ struct Mark;
 
 namespace trestle::documents {
 
+struct AskedKey;
+/// Is told of each key that somebody asks a mapping for.
+/// @param mapping  where it begins
+using KeyListener = std::function<void(Mark mapping, const AskedKey& key)>;
+
 /// A place in the file, counted from 1, from one of yaml-cpp's, which counts from 0.
 [[nodiscard]] Mark to_mark(const YAML::Mark& mark);
 
@@ -54,6 +59,10 @@ class Problems {
   /// No more errors are kept: reading on tells nothing.
   [[nodiscard]] bool full() const noexcept { return errors_.size() >= most_; }
 
+  /// Has the Sections that report here tell which keys they are asked for, whether these are there or not.
+  void listen(KeyListener listener) { listener_ = std::move(listener); }
+  [[nodiscard]] const KeyListener& listener() const noexcept { return listener_; }
+
   /// Everything gathered, in the order of the files and of the places in them.
   /// @param files  their names.
   [[nodiscard]] std::vector<Problem> take(const std::vector<std::string>& files);
@@ -72,6 +81,7 @@ class Problems {
   std::vector<Found> warnings_;
   std::set<std::tuple<std::uint32_t, int, int, std::string>> said_;
   std::set<std::string, std::less<>> keys_;
+  KeyListener listener_;
 };
 
 }  // namespace trestle::documents

@@ -147,7 +147,14 @@ bool Section::is_list(const char* key, const Entry& entry) {
   return true;
 }
 
+void Section::tell(const char* key, AskedKey::Kind kind, bool required) const {
+  if (problems_.listener()) {
+    problems_.listener()(mark_, {.name = key, .kind = kind, .required = required});
+  }
+}
+
 YAML::Node Section::child(const char* key) {
+  tell(key, AskedKey::Kind::mapping);
   const Entry* entry = use(key);
   if (entry == nullptr) {
     return YAML::Node{YAML::NodeType::Undefined};
@@ -160,6 +167,7 @@ YAML::Node Section::child(const char* key) {
 }
 
 std::vector<YAML::Node> Section::required_list(const char* key, const std::string& expected) {
+  tell(key, AskedKey::Kind::mappings, true);
   if (use(key) == nullptr) {
     missing(key, expected);
     return {};
@@ -168,6 +176,7 @@ std::vector<YAML::Node> Section::required_list(const char* key, const std::strin
 }
 
 std::vector<YAML::Node> Section::list(const char* key, const std::string& expected) {
+  tell(key, AskedKey::Kind::mappings);
   const Entry* entry = use(key);
   if (entry == nullptr) {
     return {};
@@ -190,6 +199,7 @@ std::vector<YAML::Node> Section::list(const char* key, const std::string& expect
 }
 
 std::vector<std::string> Section::keys() const {
+  tell("", AskedKey::Kind::any_name);
   std::vector<std::string> keys;
   for (const Entry& entry : entries_) {
     keys.push_back(entry.key);

@@ -19,6 +19,22 @@
 
 namespace trestle::documents {
 
+/// A key that a mapping may have, as whoever reads it asks for it.
+struct AskedKey {
+  enum class Kind : std::uint8_t {
+    value,
+    values,  ///< a list of them
+    mapping,
+    mappings,  ///< a list of them
+    any_name,  ///< not one key: the user chooses the names of all
+  };
+  std::string name{};
+  Kind kind = Kind::value;
+  bool required = false;
+  std::string expected{};  ///< of a value, Format
+  Shape shape{};           ///< likewise
+};
+
 /// One mapping of the file, read key by key. What is wrong goes to the problems, with its place:
 ///
 ///     Section qos{node, "qos", problems};
@@ -34,6 +50,7 @@ class Section {
   /// Reads a value that may be missing. True when it was there and good; else `into` stays as it is.
   template <typename T>
   bool read(const char* key, const Format<T>& format, T& into) {
+    tell(key, AskedKey::Kind::value, false, format);
     const Entry* entry = use(key);
     return entry != nullptr && read_value(key, entry->value, place_of(*entry), format, into);
   }
@@ -41,6 +58,7 @@ class Section {
   /// Reads a value that must be there.
   template <typename T>
   bool require(const char* key, const Format<T>& format, T& into) {
+    tell(key, AskedKey::Kind::value, true, format);
     const Entry* entry = use(key);
     if (entry == nullptr) {
       missing(key, format.expected);
@@ -52,6 +70,7 @@ class Section {
   /// Reads a list of values that may be missing; single values are no list.
   template <typename T>
   void read_list(const char* key, const Format<T>& format, std::vector<T>& into, std::vector<Mark>& marks) {
+    tell(key, AskedKey::Kind::values, false, format);
     const Entry* entry = use(key);
     if (entry == nullptr || !is_list(key, *entry)) {
       return;
@@ -69,6 +88,8 @@ class Section {
   [[nodiscard]] bool is_missing(const char* key) const { return is_mapping_ && find(key) == nullptr; }
   /// The keys there are, where they are names that the user chose.
   [[nodiscard]] std::vector<std::string> keys() const;
+  /// Tells the listener that a list or mapping must be there. That it is not, the caller reports itself.
+  void note_required(const char* key, AskedKey::Kind kind) const { tell(key, kind, true); }
   /// The node under a key, for a section or list within this one; an undefined one when the key is missing.
   [[nodiscard]] YAML::Node child(const char* key);
   /// The elements of a list that may be missing but not be empty.
@@ -99,6 +120,13 @@ class Section {
   void merge(const YAML::Node& sources, Mark merge_mark, int depth);
   const Entry* use(const char* key);
   [[nodiscard]] const Entry* find(std::string_view key) const;
+  template <typename T>
+  void tell(const char* key, AskedKey::Kind kind, bool required, const Format<T>& format) const {
+    if (problems_.listener()) {
+      problems_.listener()(mark_, {key, kind, required, format.expected, format.shape});
+    }
+  }
+  void tell(const char* key, AskedKey::Kind kind, bool required = false) const;
   void missing(const char* key, const std::string& expected);
   [[nodiscard]] bool is_list(const char* key, const Entry& entry);
   /// The place of a node; that of the token before it if it is empty, because YAML then places it further on.

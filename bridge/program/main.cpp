@@ -2,6 +2,8 @@
 //
 //   main.cpp  puts the commands of all rooms together: bridge/carry/commands, bridge/generate,
 //             bridge/conform/commands, bridge/inspect, bridge/measure
+//   self_commands.hpp  completion.hpp and man_page.hpp: the program for shells and for `man`
+//   command_model.hpp  what commands and options say of themselves
 //
 // What a wrong command line is answered with is here; everything else is in the room of the command.
 #include <unistd.h>
@@ -27,24 +29,20 @@
 #include "bridge/inspect/decode/decode_command.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/measure/measure_commands.hpp"
+#include "bridge/program/command_model.hpp"
+#include "bridge/program/self_commands.hpp"
 
 namespace {
 
 using namespace trestle;
 
-/// Shows options only with the names of their values. CLI11 adds types, ranges and exclusions, which are for
-/// programmers: the descriptions say what matters for users.
+/// Shows options only with the names of their values: the descriptions say what matters for users.
 class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_option_opts(const CLI::Option* option) const override {
     std::string text;
-    if (option->nonpositional() && option->get_type_size() != 0) {
-      const std::string type = option->get_type_name();  // "N:INT in [1 - 65535]"
-      auto end = type.find(':');
-      while (end != std::string::npos && end > 0 && type[end - 1] == '[') {  // "ID[:TYPE]"
-        end = type.find(':', end + 1);
-      }
-      text = " " + type.substr(0, end);
+    if (const std::string value = program::value_name(*option); option->nonpositional() && !value.empty()) {
+      text = " " + value;
     }
     if (!option->get_default_str().empty()) {
       text += "=" + option->get_default_str();
@@ -64,10 +62,8 @@ const CLI::App& asked_command(const CLI::App& app) {
 
 std::vector<std::string> command_names(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (!command->get_group().empty()) {  // otherwise it is hidden from users
-      names.push_back(command->get_name());
-    }
+  for (const CLI::App* command : program::commands_of(app)) {
+    names.push_back(command->get_name());
   }
   return names;
 }
@@ -89,6 +85,7 @@ int run(int argc, char** argv) {
   carry::add_bridge_command(app, status);
   carry::add_check_command(app, status);
   carry::add_status_command(app, status);
+  carry::add_schema_command(app, status);
   const generate::SourceReaders readers{.route_file = carry::describe_routes,
                                         .types_of_route_file = carry::types_of_routes,
                                         .ros = carry::listen_to_ros};
@@ -106,6 +103,8 @@ int run(int argc, char** argv) {
   inspect::add_notify_command(app, status);
   measure::add_perf_command(app, status);
   measure::add_demo_commands(app, status);
+  program::add_completion_command(app);
+  program::add_man_command(app, status, "trestle " TRESTLE_VERSION);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {

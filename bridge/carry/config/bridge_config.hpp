@@ -7,6 +7,7 @@
 //   elements.hpp        the elements of its lists, read in load_route.cpp, load_method.cpp and so on
 //   conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
 //   topic_pattern.hpp   patterns of topics; lock_file.hpp, id_allocator.hpp: ids of discovered topics
+//   schema.hpp          the JSON Schema, learnt from what the loaders ask for: ask_keys.hpp
 //   ros_environment.hpp ROS_DOMAIN_ID and its like
 //
 // docs/configuration.md has every key.

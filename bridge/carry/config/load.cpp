@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "bridge/carry/config/ask_keys.hpp"
 #include "bridge/carry/config/conflicts.hpp"
 #include "bridge/carry/config/load_access.hpp"
 #include "bridge/carry/config/load_console.hpp"
@@ -35,7 +36,8 @@ documents::Format<std::uint32_t> time_to_live() {
             const auto time = documents::duration(1s, std::chrono::seconds{until_reboot - 1}).read(text);
             return time && *time % 1s == 0s ? std::optional{static_cast<std::uint32_t>(*time / 1s)}
                                             : std::nullopt;
-          }};
+          },
+          {.kind = documents::Shape::Kind::time, .min = 1, .words = {"until_reboot"}}};
 }
 
 // "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
@@ -284,6 +286,7 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   for (const char* key : {"interfaces", "generate"}) {  // used already, and known
     static_cast<void>(section.child(key));
   }
+  section.note_required("someip", documents::AskedKey::Kind::mapping);
   if (const YAML::Node someip = section.child("someip")) {
     load_someip(someip, config.file, config.someip, problems);
   } else if (section.is_missing("someip")) {
@@ -350,6 +353,14 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
 }
 
 }  // namespace
+
+void ask_keys(const std::string& text, const documents::KeyListener& listener) {
+  documents::Problems problems{""};
+  problems.listen(listener);
+  std::vector<documents::Problem> of_files;
+  BridgeConfig config;
+  load_root(documents::parse_document(text, {}, problems), config, {}, problems, of_files);
+}
 
 tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_view text,
                                                                    const std::string& file,

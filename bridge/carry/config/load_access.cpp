@@ -58,6 +58,7 @@ sd::AccessRule load_rule(const YAML::Node& node, bool v6, documents::Problems& p
   };
   read_members("methods", rule.methods, sd::Access::call);
   read_members("eventgroups", rule.eventgroups, sd::Access::subscribe);
+  section.note_required("peers", documents::AskedKey::Kind::values);
   if (section.is_missing("peers")) {
     problems.error(section.mark(),
                    "'peers' is missing in rule: expected a list of addresses and subnets; []: "

@@ -15,6 +15,7 @@ MethodInFile method_of(const MethodInFile& common, const std::string& name, std:
 template <typename Into>
 void load_ids(documents::Section& section, const char* key, std::uint64_t min, std::uint64_t max,
               documents::Problems& problems, std::initializer_list<std::pair<const char*, Into>> names) {
+  section.note_required(key, documents::AskedKey::Kind::mapping);
   const YAML::Node node = section.child(key);
   if (!node) {
     problems.error(
@@ -49,7 +50,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
 
   if (element.require("action",
                       documents::text_that("an action such as /arm/move (absolute; letters, digits, '_')",
-                                           messages::is_topic_name),
+                                           messages::is_topic_name, messages::topic_name_pattern),
                       method.ros_service)) {
     // The names of the parts are made from it.
     element.note("action", "ros_service");
@@ -58,7 +59,7 @@ ActionInFile load_action(const YAML::Node& node, documents::Problems& problems) 
   std::string type;
   element.require("type",
                   documents::text_that("an action type such as example_interfaces/action/Fibonacci",
-                                       messages::is_action_type_name),
+                                       messages::is_action_type_name, messages::name_pattern("action")),
                   type);
   load_service(element, method);
   someip::EventgroupId eventgroup{};

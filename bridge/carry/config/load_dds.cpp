@@ -191,10 +191,10 @@ void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into
   dds.read("lease", documents::duration(std::chrono::seconds{1}, std::chrono::hours{1}), into.lease);
   dds.read("node",
            documents::text_that("the absolute name of a ROS 2 node such as /trestle (letters, digits, '_')",
-                                messages::is_topic_name),
+                                messages::is_topic_name, messages::topic_name_pattern),
            into.node);
   dds.read("ros_distro",
-           documents::text_that("the name of a ROS 2 distribution such as jazzy", is_distro_name),
+           documents::text_that("the name of a ROS 2 distribution such as jazzy", is_distro_name, "^[a-z]+$"),
            into.ros_distro);
   load_profiles(dds, file, into, problems);
   dds.read("discovery_server", discovery_servers(), into.discovery_servers);

@@ -7,11 +7,12 @@ namespace trestle::carry {
 
 documents::Format<std::string> service_name() {
   return documents::text_that("a service such as /arm/set_mode (absolute; letters, digits, '_')",
-                              messages::is_topic_name);
+                              messages::is_topic_name, messages::topic_name_pattern);
 }
 
 documents::Format<std::string> service_type_name() {
-  return documents::text_that("a service type such as std_srvs/srv/SetBool", messages::is_service_type_name);
+  return documents::text_that("a service type such as std_srvs/srv/SetBool", messages::is_service_type_name,
+                              messages::name_pattern("srv"));
 }
 
 void check_method_id(const documents::Section& section, const char* key, someip::MethodId method,

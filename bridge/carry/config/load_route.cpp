@@ -36,11 +36,12 @@ void load_group(const YAML::Node& node, const Route& route, bool direction_is_go
 
 documents::Format<std::string> topic_name() {
   return documents::text_that("a topic such as /sensing/points (absolute; letters, digits, '_')",
-                              messages::is_topic_name);
+                              messages::is_topic_name, messages::topic_name_pattern);
 }
 
 documents::Format<std::string> type_name() {
-  return documents::text_that("a message type such as sensor_msgs/msg/PointCloud2", messages::is_type_name);
+  return documents::text_that("a message type such as sensor_msgs/msg/PointCloud2", messages::is_type_name,
+                              messages::name_pattern("msg"));
 }
 
 documents::Format<Direction> direction() {
@@ -80,13 +81,15 @@ documents::Format<std::size_t> message_size() {
 void load_pacing(documents::Section& tp, TpSettings& settings) {
   constexpr std::size_t segment_bytes_max = 1392;  // [feat_req_someiptp_773]
   const documents::Format<std::size_t> multiple_of_16{
-      "a multiple of 16 from 16 to 1392 (bytes)", [](std::string_view text) -> std::optional<std::size_t> {
+      "a multiple of 16 from 16 to 1392 (bytes)",
+      [](std::string_view text) -> std::optional<std::size_t> {
         const auto bytes = documents::read_whole(text);
         // [feat_req_someiptp_772]
         return bytes && *bytes >= 16 && *bytes <= segment_bytes_max && *bytes % 16 == 0
                    ? std::optional{static_cast<std::size_t>(*bytes)}
                    : std::nullopt;
-      }};
+      },
+      {.kind = documents::Shape::Kind::number, .min = 16, .max = segment_bytes_max}};
   tp.read("segment_bytes", multiple_of_16, settings.segment_bytes);
   std::size_t burst = 0;
   if (tp.read("burst", documents::as<std::size_t>(documents::whole_number(1, 65535)), burst)) {
@@ -111,6 +114,7 @@ void load_version(Element& element, bool asked_for, std::uint8_t& major, std::ui
   if (asked_for) {
     minor = any_minor;
     format.expected += ", or any";
+    format.shape.words = {"any"};
     format.read = [number = std::move(format.read)](std::string_view text) {
       return text == "any" ? std::optional{any_minor} : number(text);
     };

@@ -50,4 +50,9 @@ bool is_action_type_name(std::string_view name) {
   return is_name_of("action", name);
 }
 
+std::string name_pattern(const std::string& kind) {
+  const std::string token = "[A-Za-z_][A-Za-z0-9_]*";
+  return "^" + token + "/" + kind + "/" + token + "$";
+}
+
 }  // namespace trestle::messages

@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 program = sys.argv.pop(1)
-COMMANDS = ["bridge", "check", "status", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo"]
+COMMANDS = ["bridge", "check", "status", "schema", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo", "completion", "man"]
 
 
 def run(*arguments):
@@ -58,6 +58,7 @@ class CommandLine(unittest.TestCase):
             status, output, errors = run(command, "--help")
             self.assertEqual((status, errors), (0, ""))
             self.assertNotRegex(output, r"TEXT|UINT|FLOAT|:INT|INT:|Excludes|REQUIRED| in \[", command)
+        output = run("demo", "--help")[1]
         self.assertRegex(output, r"--seconds N +End after")
         self.assertRegex(output, r"--rate HZ=10 +Clouds")
         self.assertRegex(output, r"--input FILE \.\.\. +Publish")
