@@ -29,7 +29,7 @@ OTHER_ENDS = re.compile(r"_b\.yaml$|^perf_")  # of bridges, like the one that is
 BY_ITSELF = re.compile(r"unknown key|'\w+' is missing|: expected ")
 # But not where the schema leaves the value open, or only its range.
 LEFT_OPEN = re.compile(r"expected (`generate: all`|the name of a network interface|a time from|a size from|an absolute path|a pattern of topics|a range of ids|two addresses|"
-                       r"an address or a subnet|an IPv4 address of this host|a multicast address|this host's own|"
+                       r"an address or a subnet|an address of this host and a port|an IPv4 address of this host|a multicast address|this host's own|"
                        r"a multiple of 16|an IPv4 or IPv6|16 ids|addresses of discovery|an id from 0x0001 to 0xfffe, or a range)")
 
 MORE = """
@@ -52,6 +52,7 @@ patterns:
   - {topics: /out/**, exclude: [/out/not], direction: dds_to_someip, services: 0x6000-0x6fff, port: 40022}
   - {topics: /in/**, direction: someip_to_dds, qos: {depth: 3}}
 lock_file: trestle.lock
+console: {address: '127.0.0.1:9464', token_file: console.token}
 """
 
 
