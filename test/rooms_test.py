@@ -4,13 +4,14 @@
 Usage: rooms_test.py SOURCE_FOLDER
 
 Each line of ORDER names folders. A file includes only of its own folder and of folders on lines before its own; those of
-one line know nothing of each other. A new folder gets its place here.
+one line know nothing of each other. A new folder gets its place here. And each fuzz target has its corpus.
 
 The main header of a folder (of a folder without headers, the main file) begins with a comment of at least four lines:
 "// FOLDER: what lives there", and its files. Files that the comment names exist.
 """
 import pathlib
 import re
+import subprocess
 import sys
 import tempfile
 
@@ -106,6 +107,16 @@ def faults(root):
                     yield f"{where}: {here} never includes of {there}"
     yield from (f"{folder}: in ORDER, but there is no such folder" for folder in sorted(set(lines) - seen))
     yield from missing_headers(root, [*sorted(seen), "fuzz"])
+    yield from missing_corpora(root)
+
+
+def missing_corpora(root):
+    """Fuzz targets whose corpus a clone would not have."""
+    for name in re.findall(r"^ *trestle_fuzz\((\w+)", (root / "fuzz/CMakeLists.txt").read_text(), re.MULTILINE):
+        corpus = f"fuzz/corpus/{name}"
+        tracked = subprocess.run(["git", "-C", root, "ls-files", corpus], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        if not (tracked.stdout if tracked.returncode == 0 else any((root / corpus).glob("*"))):
+            yield f"{corpus}: there are no files for the target {name}, or git does not know them"
 
 
 def finds_a_wrong_one():
@@ -115,6 +126,7 @@ def finds_a_wrong_one():
         for name in [*line_of_each(), "fuzz"]:
             (root / name).mkdir(parents=True, exist_ok=True)
             (root / name / "empty.hpp").write_text(f"// {name}: nothing\n//\n// empty.hpp\n//\n")
+        (root / "fuzz/CMakeLists.txt").touch()
         none = list(faults(root))
         (root / "someip/wire/up.hpp").write_text('#pragma once\n#include "sd/wire/empty.hpp"\n')
         (root / "bridge/inspect/tools/aside.cpp").write_text('#include "bridge/carry/config/empty.hpp"\n')
@@ -122,8 +134,11 @@ def finds_a_wrong_one():
         (root / "bridge/new/file.hpp").touch()
         (root / "fuzz/empty.hpp").write_text("// fuzz: too little\n")
         (root / "sd/c/empty.hpp").write_text("// sd/c: a file\n//\n// gone.hpp\n//\n")
+        (root / "fuzz/CMakeLists.txt").write_text("function(trestle_fuzz name)\ntrestle_fuzz(one LIBS x)\n  trestle_fuzz(two LIBS x)\n")
+        (root / "fuzz/corpus/one").mkdir(parents=True)
+        (root / "fuzz/corpus/one/seed").touch()
         return not none and [line.split(": ")[0] for line in faults(root)] == [
-            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp", "sd/c/empty.hpp", "fuzz"]
+            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp", "sd/c/empty.hpp", "fuzz", "fuzz/corpus/two"]
 
 
 def main():
@@ -131,7 +146,7 @@ def main():
         print("the check itself does not find what is wrong")
         return 1
     found = list(faults(pathlib.Path(sys.argv[1])))
-    print("\n".join(found) or "all includes point one way, and each folder says what it is for")
+    print("\n".join(found) or "all includes point one way, each folder says what it is for, and each fuzz target has its corpus")
     return 1 if found else 0
 
 

@@ -17,7 +17,9 @@ void append(Bytes& to, T number) {
 }
 
 void append_bytes(Bytes& to, std::span<const std::byte> more) {
-  to.insert(to.end(), more.begin(), more.end());
+  const std::size_t at = to.size();
+  to.resize(at + more.size());
+  std::ranges::copy(more, to.data() + at);
 }
 
 /// The header of a message, whose Length repair_lengths() sets.
