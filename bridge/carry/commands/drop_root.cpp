@@ -41,7 +41,9 @@ DropRoot::DropRoot(const std::string& user) : user_{user} {
 
 void DropRoot::give(const std::string& path) const {
   // In a folder that another user may write to it could be somebody else's by now: never through a link.
-  static_cast<void>(::lchown(path.c_str(), uid_, gid_));
+  if (::lchown(path.c_str(), uid_, gid_) != 0 && errno != ENOENT) {
+    fail("cannot give " + path + " to " + user_ + ": " + std::generic_category().message(errno));
+  }
 }
 
 void DropRoot::now() const {
