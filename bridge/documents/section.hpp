@@ -86,6 +86,8 @@ class Section {
 
   /// True if this is a mapping without such a key.
   [[nodiscard]] bool is_missing(const char* key) const { return is_mapping_ && find(key) == nullptr; }
+  /// Whether the key is there. Nobody is told that it was asked for.
+  [[nodiscard]] bool has(const char* key) const { return find(key) != nullptr; }
   /// The keys there are, where they are names that the user chose.
   [[nodiscard]] std::vector<std::string> keys() const;
   /// Tells the listener that a list or mapping must be there. That it is not, the caller reports itself.

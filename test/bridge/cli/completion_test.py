@@ -147,7 +147,7 @@ class Man(unittest.TestCase):
                 pages[path.name] = done.stdout
         self.assertIn("Check configurations", pages["trestle-check.1"])
         self.assertRegex(pages["trestle-check.1"], r"EXAMPLES\n +trestle check bridge\.yaml\n")
-        self.assertIn("'trestle COMMAND --help' explains", pages["trestle.1"])
+        self.assertRegex(pages["trestle.1"], r"'trestle\s+COMMAND\s+--help'\s+explains")
 
 
 if __name__ == "__main__":
