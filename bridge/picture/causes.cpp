@@ -441,6 +441,12 @@ Why why(const RoutePicture& route, const Picture& around) {
   return {};
 }
 
+bool has_fitting_writer(const RoutePicture& route) {
+  return std::ranges::any_of(route.dds.writers, [&](const WriterPicture& one) {
+    return one.type == route.type && !one.refused && lacking(one.qos, route.dds.qos).empty();
+  });
+}
+
 std::string in_words(const Why& why, const RoutePicture* route, const Picture& around) {
   const bool one = route != nullptr;
   if (why.cause != Cause::none && !one && row_of(why.cause).several != nullptr) {

@@ -60,6 +60,9 @@ struct Why {
 /// @param route  nothing: several routes have it, and what is the route's own is left out.
 [[nodiscard]] std::string in_words(const Why& why, const RoutePicture* route, const Picture& around);
 
+/// Whether one of the writers of the topic goes with the route's reader, in type and quality of service.
+[[nodiscard]] bool has_fitting_writer(const RoutePicture& route);
+
 /// A line of the list of causes: what docs/status.md has, and labels of metrics.
 struct CauseRow {
   Cause cause;

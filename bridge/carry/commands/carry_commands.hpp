@@ -2,7 +2,7 @@
 //
 //   carry_commands.hpp  start here: the commands
 //   bridge_command.cpp  runs a bridge; SIGUSR1 prints counters, SIGHUP reads the file again
-//   check_command.cpp   checks configurations, and says what they would do
+//   check_command.cpp   checks configurations, and says what they would do; network_check.hpp: and find
 //   schema_command.cpp  prints the JSON Schema of configurations
 //   status_command.cpp  shows the bridges that run; status_text.hpp: for people
 //   summary.hpp         what a configuration does, as tables

@@ -21,6 +21,7 @@
 #include "bridge/carry/runtime/network_picture.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
 #include "bridge/carry/runtime/node_counters.hpp"
+#include "bridge/carry/runtime/participant_config.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
@@ -131,33 +132,18 @@ struct Bridge::State {
     if (!following.empty()) {
       watch->watch_writers([this] { publishers.changed(); });
     }
-    participant = start_at(config, config.dds.mark, [&] {
-      return std::make_unique<dds::Participant>(
-          dds::ParticipantConfig{.domain = config.dds.domain.value_or(0),
-                                 .name = "trestle",
-                                 .interfaces = config.dds.interfaces,
-                                 .shared_memory = config.dds.shared_memory,
-                                 .lease = config.dds.lease,
-                                 .node = config.dds.node,
-                                 .enclave = config.dds.security.enclave,
-                                 .gid_bytes = gid_bytes(config.dds.ros_distro),
-                                 .profiles_file = config.dds.profiles,
-                                 .profile = config.dds.profile,
-                                 .discovery_servers = config.dds.discovery_servers,
-                                 .security_folder = security_folder(config.dds.security),
-                                 .polled = receives_samples(),
-                                 .strict_types = config.dds.strict_types,
-                                 .frees_samples = true,
-                                 .on_event =
-                                     [log = logger, watched = watch,
-                                      following = std::move(following)](const dds::Happening& happening) {
-                                       if (!is_followed(following, happening)) {
-                                         log_dds(*log, happening);
-                                       }
-                                       watched->on_event(happening);
-                                     },
-                                 .on_writers = [watched = watch] { watched->on_writers(); }});
-    });
+    dds::ParticipantConfig settings = participant_config(config.dds);
+    settings.polled = receives_samples();
+    settings.on_event = [log = logger, watched = watch,
+                         following = std::move(following)](const dds::Happening& happening) {
+      if (!is_followed(following, happening)) {
+        log_dds(*log, happening);
+      }
+      watched->on_event(happening);
+    };
+    settings.on_writers = [watched = watch] { watched->on_writers(); };
+    participant = start_at(config, config.dds.mark,
+                           [&] { return std::make_unique<dds::Participant>(std::move(settings)); });
     dds = dds_side_of(*participant);
     context.dds = dds.get();
     if (participant->incoming() >= 0) {
