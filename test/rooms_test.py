@@ -32,7 +32,7 @@ bridge/describe/read bridge/describe/write
 bridge/describe/read/arxml bridge/describe/read/fidl bridge/describe/read/vsomeip
 bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/msg bridge/describe/write/routes bridge/describe/write/sheet bridge/describe/write/vsomeip bridge/describe/write/wireshark
 bridge/describe/sources
-bridge/cli bridge/traffic bridge/web
+bridge/cli bridge/record bridge/traffic bridge/web
 bridge/console bridge/traffic/live
 bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
