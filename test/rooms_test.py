@@ -37,7 +37,7 @@ bridge/console bridge/traffic/live
 bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
 bridge/carry/commands bridge/conform/fuzz bridge/generate
-bridge/conform/commands
+bridge/carry/record bridge/conform/commands
 bridge/program
 """
 # The core knows nothing of the network, and nothing below the bridge knows of the other world's protocol; siblings of one

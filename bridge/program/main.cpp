@@ -20,6 +20,7 @@
 #include "bridge/carry/commands/carry_commands.hpp"
 #include "bridge/carry/commands/ros_graph.hpp"
 #include "bridge/carry/config/describe_routes.hpp"
+#include "bridge/carry/record/record_commands.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/conform/commands/conform_command.hpp"
@@ -86,6 +87,7 @@ int run(int argc, char** argv) {
   carry::add_check_command(app, status);
   carry::add_status_command(app, status);
   carry::add_schema_command(app, status);
+  carry::add_record_command(app, status);
   const generate::SourceReaders readers{.route_file = carry::describe_routes,
                                         .types_of_route_file = carry::types_of_routes,
                                         .ros = carry::listen_to_ros};

@@ -1,5 +1,6 @@
-// bridge/record: recordings as files: MCAP as rosbag2 and Foxglove have it.
+// bridge/record: recordings as files: MCAP as rosbag2 and Foxglove have it, and pcapng.
 //
+//   recorder.hpp      takes messages from anywhere and writes them, in files of some size
 //   mcap.hpp          the format's records as plain values; mcap_fields.hpp: how their fields are read and
 //   written mcap_writer.hpp   writes a file, a chunk at a time mcap_reader.hpp   reads one, also what a
 //   writer left that was killed compression.hpp   of chunks: LZ4, Zstandard ros2msg.hpp       a message type

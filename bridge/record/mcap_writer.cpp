@@ -1,10 +1,8 @@
 #include "bridge/record/mcap_writer.hpp"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <cassert>
-#include <cerrno>
 #include <utility>
 
 #include "bridge/record/mcap_fields.hpp"
@@ -20,11 +18,7 @@ ByteView magic() {
 }  // namespace
 
 McapWriter::McapWriter(const std::string& path, McapSettings settings)
-    : path_{path}, settings_{std::move(settings)}, compressor_{settings_.compression} {
-  fd_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (fd_ < 0) {
-    throw std::system_error{errno, std::generic_category(), "cannot make " + path};
-  }
+    : file_{path}, settings_{std::move(settings)}, compressor_{settings_.compression} {
   std::vector<std::byte> head;
   FieldWriter out{head};
   out.bytes_of(magic());
@@ -32,14 +26,10 @@ McapWriter::McapWriter(const std::string& path, McapSettings settings)
   out.text(settings_.profile);
   out.text(settings_.library);
   out.end(begun);
-  if (const std::error_code error = append(head)) {
-    ::close(fd_);
+  if (const std::error_code error = file_.append(head)) {
+    ::unlink(path.c_str());  // so that it can be tried again
     throw std::system_error{error, "cannot write " + path};
   }
-}
-
-McapWriter::~McapWriter() {
-  ::close(fd_);
 }
 
 void McapWriter::add(Schema schema) {
@@ -90,7 +80,7 @@ std::error_code McapWriter::flush() {
     return {};
   }
   ChunkIndex index = put_chunk();
-  const std::error_code error = append(out_);
+  const std::error_code error = file_.append(out_);
   if (!error) {
     chunks_.push_back(std::move(index));
   }
@@ -103,7 +93,7 @@ McapWriter::ChunkIndex McapWriter::put_chunk() {
   FieldWriter out{out_};
   ChunkIndex index{.start = pending_.start,
                    .end = pending_.end,
-                   .offset = end_,
+                   .offset = file_.size(),
                    .compression = settings_.compression,
                    .uncompressed = chunk_.size()};
   const std::size_t begun = out.begin(Opcode::chunk);
@@ -129,7 +119,7 @@ McapWriter::ChunkIndex McapWriter::put_chunk() {
     if (known.index.empty()) {
       continue;
     }
-    index.indexes.emplace(id, end_ + out_.size());
+    index.indexes.emplace(id, file_.size() + out_.size());
     const std::size_t one = out.begin(Opcode::message_index);
     out.number(id);
     const std::size_t entries = out.begin<std::uint32_t>();
@@ -170,27 +160,6 @@ void McapWriter::end_chunk(bool is_written) {
   chunk_.clear();
 }
 
-std::error_code McapWriter::append(ByteView bytes) {
-  const std::size_t whole = bytes.size();
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) {
-      continue;
-    }
-    if (written <= 0) {
-      const std::error_code error{written < 0 ? errno : ENOSPC, std::generic_category()};
-      // What stands behind a whole chunk would look like damage. If even this fails, readers stop there.
-      if (::ftruncate(fd_, static_cast<off_t>(end_)) == 0) {
-        ::lseek(fd_, static_cast<off_t>(end_), SEEK_SET);
-      }
-      return error;
-    }
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  end_ += whole;
-  return {};
-}
-
 std::error_code McapWriter::add_metadata(const std::string& name, const Texts& texts) {
   if (const std::error_code error = flush()) {
     return error;
@@ -201,8 +170,8 @@ std::error_code McapWriter::add_metadata(const std::string& name, const Texts& t
   out.text(name);
   out.texts(texts);
   out.end(begun);
-  const std::uint64_t offset = end_;
-  const std::error_code error = append(bytes);
+  const std::uint64_t offset = file_.size();
+  const std::error_code error = file_.append(bytes);
   if (!error) {
     metadata_.push_back({offset, bytes.size(), name});
     ++statistics_.metadata;
@@ -216,7 +185,7 @@ std::error_code McapWriter::finish() {
   }
   std::vector<std::byte> bytes;
   put_summary(bytes);
-  return append(bytes);
+  return file_.append(bytes);
 }
 
 void McapWriter::put_summary(std::vector<std::byte>& bytes) const {
@@ -226,7 +195,7 @@ void McapWriter::put_summary(std::vector<std::byte>& bytes) const {
   out.end(data_end);
 
   const std::size_t summary = bytes.size();
-  const auto place = [&] { return end_ + bytes.size(); };
+  const auto place = [&] { return file_.size() + bytes.size(); };
   struct Group {
     Opcode of{};
     std::uint64_t offset = 0;
@@ -315,7 +284,7 @@ void McapWriter::put_summary(std::vector<std::byte>& bytes) const {
   // Its checksum is also over its own front, so that the length has to be there before it.
   out.number(static_cast<std::uint8_t>(Opcode::footer));
   out.number(footer_bytes);
-  out.number(end_ + summary);
+  out.number(file_.size() + summary);
   out.number(offsets);
   out.number(someip::e2e::crc32(ByteView{bytes}.subspan(summary)));
   out.bytes_of(magic());

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bridge/record/compression.hpp"
+#include "bridge/record/growing_file.hpp"
 #include "bridge/record/mcap.hpp"
 
 namespace trestle::record {
@@ -18,16 +19,13 @@ struct McapSettings {
 
 /// Writes an MCAP file. What is on the disk is always a file that ends behind a whole chunk: what a chunk had
 /// before is written at once, and what could be written only in part is taken back. So a program that is
-/// killed, and a full disk, cost what no chunk was written of. Not thread-safe.
+/// killed, and a full disk, cost what no chunk was written of. Without finish() it has no summary. Not
+/// thread-safe.
 class McapWriter {
  public:
   /// Makes the file, which must not be there yet.
   /// @throws std::system_error
   McapWriter(const std::string& path, McapSettings settings);
-  McapWriter(const McapWriter&) = delete;
-  McapWriter& operator=(const McapWriter&) = delete;
-  /// Without finish() the file has no summary.
-  ~McapWriter();
 
   /// Adds what messages refer to; it goes to the file with the first message that does.
   /// @param schema, channel  with ids that no other one of this file has.
@@ -49,10 +47,10 @@ class McapWriter {
   /// Messages of chunks that could not be written.
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
   /// Of the file and the chunk that has begun, before its compression.
-  [[nodiscard]] std::uint64_t bytes() const noexcept { return end_ + chunk_.size(); }
+  [[nodiscard]] std::uint64_t bytes() const noexcept { return file_.size() + chunk_.size(); }
   /// Of the chunk that has begun.
   [[nodiscard]] std::uint64_t pending() const noexcept { return pending_.messages; }
-  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] const std::string& path() const noexcept { return file_.path(); }
 
  private:
   struct Index {
@@ -85,14 +83,11 @@ class McapWriter {
   void begin_channel(Known& known);
   void end_chunk(bool is_written);
   [[nodiscard]] ChunkIndex put_chunk();
-  std::error_code append(ByteView bytes);
   void put_summary(std::vector<std::byte>& out) const;
 
-  std::string path_;
+  GrowingFile file_;
   McapSettings settings_;
   Compressor compressor_;
-  int fd_ = -1;
-  std::uint64_t end_ = 0;  ///< of what is whole in the file
   std::map<std::uint16_t, KnownSchema> schemas_;
   std::map<std::uint16_t, Known> channels_;
   std::vector<std::byte> chunk_;  ///< that has begun

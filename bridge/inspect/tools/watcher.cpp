@@ -1,6 +1,7 @@
 #include "bridge/inspect/tools/watcher.hpp"
 
 #include "bridge/inspect/decode/sd_json.hpp"
+#include "bridge/traffic/learn.hpp"
 
 namespace trestle::inspect {
 namespace {
@@ -64,18 +65,7 @@ std::uint64_t Watcher::malformed() const noexcept {
 
 void Watcher::tell(const std::vector<traffic::Sighting>& sightings, TimePoint now) {
   for (const traffic::Sighting& one : sightings) {
-    // Endpoints that discovery announces carry SOME/IP, whatever their bytes look like.
-    const auto& udp = one.subscription ? one.subscription->udp : one.service.udp;
-    const auto& tcp = one.subscription ? one.subscription->tcp : one.service.tcp;
-    if (udp) {
-      reader_.learn(Transport::udp, *udp);
-    }
-    if (tcp) {
-      reader_.learn(Transport::tcp, *tcp);
-    }
-    if (one.subscription && one.subscription->multicast) {
-      reader_.learn(Transport::udp, *one.subscription->multicast);
-    }
+    traffic::learn(reader_, one);
   }
   if (!sightings.empty()) {
     handler_(sightings, now);

@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <deque>
 #include <filesystem>
 #include <fstream>
@@ -10,12 +8,14 @@
 
 #include "bridge/record/mcap_reader.hpp"
 #include "bridge/record/mcap_writer.hpp"
+#include "test/bridge/record/full_disk.hpp"
 
 // What other readers and writers make of files is in mcap_peers_test.py.
 namespace trestle::record {
 namespace mcap_test {
 
 namespace fs = std::filesystem;
+using test::FullDisk;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -229,28 +229,6 @@ TEST_F(Mcap, SaysWhichFieldIsDamaged) {
   EXPECT_EQ(overview.error().field, "footer.summary_crc");
   EXPECT_EQ(overview.error().offset, whole.size() - 12);
 }
-
-/// No file of this process grows beyond so many bytes, as on a full disk.
-class FullDisk {
- public:
-  explicit FullDisk(rlim_t bytes) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    rlimit now = before_;
-    now.rlim_cur = bytes;
-    setrlimit(RLIMIT_FSIZE, &now);
-    handler_ = std::signal(SIGXFSZ, SIG_IGN);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-
- private:
-  rlimit before_{};
-  void (*handler_)(int) = nullptr;
-};
 
 TEST_F(Mcap, LeavesAWholeFileOnAFullDisk) {
   const std::string file = path("full.mcap");
