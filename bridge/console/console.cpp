@@ -1,11 +1,13 @@
 #include "bridge/console/console.hpp"
 
+#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "bridge/console/fresh_text.hpp"
 #include "bridge/console/metrics.hpp"
 #include "bridge/picture/picture_json.hpp"
+#include "bridge/web/assets.hpp"
 #include "bridge/web/server.hpp"
 
 namespace trestle::console {
@@ -18,6 +20,14 @@ bool are_equal(std::string_view a, std::string_view b) {
     differs |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
   }
   return differs == 0;
+}
+
+// The page tells nothing of the bridge by itself: it asks for that, and for the token.
+std::optional<web::Answer> page_answer(std::string_view path) {
+  const bool is_ours = path == "/look.css" || path == "/parts.js" || path.starts_with("/console/");
+  return path == "/" ? web::asset_answer("/console/index.html")
+         : is_ours   ? web::asset_answer(path)
+                     : std::nullopt;
 }
 
 }  // namespace
@@ -33,6 +43,9 @@ struct Console::Texts {
   [[nodiscard]] web::Answer answer(const web::Request& request) {
     if (request.method != "GET" && request.method != "HEAD") {
       return {.status = 405, .body = "nothing can be changed here\n"};
+    }
+    if (auto page = page_answer(request.path)) {
+      return std::move(*page);
     }
     // That the process lives anybody may know who can connect.
     if (request.path == "/healthz") {
@@ -52,9 +65,6 @@ struct Console::Texts {
     }
     if (request.path == "/status.json") {
       return web::json_answer(*json.now());
-    }
-    if (request.path == "/") {
-      return {.body = "trestle bridge: /metrics /healthz /readyz /status.json\n"};
     }
     return web::not_found();
   }

@@ -20,9 +20,9 @@ struct ConsoleSettings {
   std::string token{};
 };
 
-/// Answers GET of /metrics (Prometheus, OpenMetrics), /healthz, /readyz and /status.json, from the thread
-/// that runs the io_context. Nothing can be changed by it, and texts are not made more often than FreshText
-/// says.
+/// Answers GET of /metrics (Prometheus, OpenMetrics), /healthz, /readyz, /status.json and the page that shows
+/// these, from the thread that runs the io_context. Nothing can be changed by it, and texts are not made more
+/// often than FreshText says.
 class Console {
  public:
   /// @param look  gives the picture of now. @throws boost::system::system_error when nothing can listen

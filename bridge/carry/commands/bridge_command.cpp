@@ -182,7 +182,7 @@ class Runner {
       throw std::runtime_error{fmt::format("console: cannot listen at {}: {}",
                                            someip::to_string(settings->at), error.code().message())};
     }
-    spdlog::info("console: {}metrics", console_->url());
+    spdlog::info("console: {}", console_->url());
   }
 
   // Without it everything else works.
@@ -291,8 +291,8 @@ void add_bridge_command(CLI::App& app, int& status) {
   command
       ->add_option(
           "--console", options->console,
-          "Serve /metrics, /healthz and /readyz at this address of this host (port 9464 unless told); "
-          "other hosts need the key `console` with a token")
+          "Serve a page that shows the bridge, and /metrics, /healthz and /readyz, at this address of "
+          "this host (port 9464 unless told); other hosts need the key `console` with a token")
       ->type_name("ADDRESS[:PORT]");
   command->add_flag("-q,--quiet", options->quiet, "Log only problems");
   command->callback([options, &status] {

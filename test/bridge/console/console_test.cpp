@@ -66,6 +66,16 @@ TEST_F(ConsoleTest, ServesMetricsInTheFormThatIsWanted) {
   EXPECT_THAT(get("/status.json"), AllOf(HasSubstr("application/json"), HasSubstr("\"pid\":4711")));
 }
 
+TEST_F(ConsoleTest, ServesItsPageAndNoOther) {
+  start("a secret of many letters");
+  EXPECT_THAT(get("/"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/html"),
+                              HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'")))
+      << "the page asks for the token, and tells nothing before";
+  EXPECT_THAT(get("/console/page.js"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript")));
+  EXPECT_THAT(get("/generate/page.js", "Authorization: Bearer a secret of many letters\r\n"),
+              StartsWith("HTTP/1.1 404"));
+}
+
 TEST_F(ConsoleTest, SaysWhetherTheBridgeIsHealthyAndReady) {
   start();
   EXPECT_THAT(get("/healthz"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("ok\n")));

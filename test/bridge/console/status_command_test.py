@@ -235,7 +235,7 @@ class StatusCommand(unittest.TestCase):
     def test_serves_metrics(self):
         port = free_port()
         bridge = self.start("--console", f"127.0.0.1:{port}")
-        log_until(bridge.log, f"console: http://127.0.0.1:{port}/metrics")
+        log_until(bridge.log, f"console: http://127.0.0.1:{port}/\n")
         self.assertEqual(self.get(f"http://127.0.0.1:{port}/readyz"), (200, "ready\n"))
         self.assertEqual(self.get(f"http://127.0.0.1:{port}/healthz"), (200, "ok\n"))
         status, text = self.get(f"http://127.0.0.1:{port}/metrics")
