@@ -9,6 +9,10 @@ Usage: docs_test.py SOURCE_FOLDER
 - A function in backquotes in docs/internals/, `Class::name()` or `name()`, stands in one of the files named in its row.
 - docs/architecture.svg was drawn from docs/architecture.dot as it is now, and its arrows are the includes that there are.
 - Each folder below bridge/ has a box in that drawing, and stands in docs/architecture.md and docs/internals/README.md.
+- Each page of docs/ has its row in docs/README.md.
+- A command of `trestle` or `./run` that a page shows is one, and its long options stand in the program's sources.
+- docs/troubleshooting.md has each cause of docs/status.md, and docs/choosing.md no figure that neither docs/performance.md nor
+  docs/hostile.md has.
 - The table of docs/cli.md has the commands of bridge/program/main.cpp in the order of its help, and docs/architecture.md names the room of each.
 """
 import hashlib
@@ -187,6 +191,55 @@ def bad_rooms(root):
                     if not re.search(rf"bridge/{room}\b", text))
 
 
+def read(path):
+    return path.read_text(errors="replace") if path.exists() else ""
+
+
+def unlisted_pages(root):
+    listed = {(root / "docs" / link.partition("#")[0]).resolve() for link in LINK.findall(read(root / "docs/README.md"))}
+    yield from (f"docs/README.md: {page.relative_to(root)} has no row" for page in sorted((root / "docs").glob("**/*.md"))
+                if page.resolve() not in listed and page.parent.name != "reference" and page != root / "docs/README.md")
+
+
+def shown_commands(text):
+    """What stands behind a prompt, in a block of commands or in backquotes."""
+    for line in re.findall(r"^(?:\$ |> )?((?:sudo |LD_\S+ )?(?:\./run|trestle) .*)$", text, re.MULTILINE):
+        yield line
+    yield from (code for code in CODE.findall(text) if re.match(r"(sudo )?(\./run|trestle) (?!has )", code))  # names of tests
+
+
+def bad_shown_commands(root):
+    program = read(root / "bridge/program/main.cpp")
+    known = {"trestle": {*re.findall(r"\badd_([a-z_]+?)_commands?\(app", program), "--help", "--version", "COMMAND", "demo-publisher",
+                         "demo-subscriber"},
+             "./run": {*re.findall(r"^  ([a-z]+) ", read(root / "run"), re.MULTILINE), "COMMAND"}}
+    sources = "".join(read(file) for file in sorted((root / "bridge").rglob("*.cpp")))
+    for page in sorted([*root.glob("*.md"), *root.glob("docs/**/*.md")]):
+        for line in shown_commands(page.read_text()):
+            for tool, name, rest in re.findall(r"(?:^|[|&;(] ?|sudo )(\./run(?: trestle)?|trestle) ([\w-]+)([^|&;#]*)", line):
+                tool = "trestle" if tool.endswith("trestle") else tool
+                if name not in known[tool]:
+                    yield f"{page.relative_to(root)}: {tool} {name}: no such command"
+                elif tool == "trestle":
+                    yield from (f"{page.relative_to(root)}: trestle {name} {option}: no such option" for option in
+                                re.findall(r"(?<![\w'-])--[a-z][\w-]*", rest) if option not in sources and option != "--help")
+
+
+def bad_troubleshooting(root):
+    causes = re.findall(r"^\| `(\w+)` \|", read(root / "docs/status.md").partition("## Why nothing flows")[2].partition("\n## ")[0],
+                        re.MULTILINE)
+    text = read(root / "docs/troubleshooting.md")
+    yield from (f"docs/troubleshooting.md: the cause `{cause}` is missing" for cause in causes if f"`{cause}`" not in text)
+
+
+def bad_figures(root):
+    measured = re.sub(r"\s+", " ", read(root / "docs/performance.md") + read(root / "docs/hostile.md"))
+    for line in re.findall(r"^\|.*$", read(root / "docs/choosing.md"), re.MULTILINE):
+        for figure in re.findall(r"\d[\d,.]* (?:[mµn]?s|[kMG]?B/s|MB|KB|k/s|%|/s|ms/s)(?![\w/])|\d\.\d\d(?= times)", line):
+            if not re.search(rf"(?<![\d.,]){re.escape(figure)}(?!\d)", measured):
+                yield f"docs/choosing.md: {figure}: neither in docs/performance.md nor in docs/hostile.md"
+
+
 def faults(root):
     yield from bad_links(root)
     yield from bad_paths(root)
@@ -194,6 +247,10 @@ def faults(root):
     yield from bad_arrows(root)
     yield from bad_rooms(root)
     yield from bad_commands(root)
+    yield from unlisted_pages(root)
+    yield from bad_shown_commands(root)
+    yield from bad_troubleshooting(root)
+    yield from bad_figures(root)
 
 
 def finds_wrong_ones():
@@ -218,10 +275,17 @@ def finds_wrong_ones():
         (root / "docs/internals/page.md").write_text(
             "# A page\n[one](#a-page) [two](#no-page) [three](gone.md)\n\n`sd/here.cpp`, `here.cpp`, `there()`, `gone()`\n\n"
             "`sd/gone.cpp`\n")
+        (root / "run").write_text("  test [NAME ...]\n")
+        (root / "docs/README.md").write_text("[one](cli.md) [two](architecture.md) [three](internals/README.md) [four](internals/page.md)\n")
+        (root / "docs/status.md").write_text("## Why nothing flows\n| `told` | |\n| `untold` | |\n## More\n| `no_cause` | |\n")
+        (root / "docs/troubleshooting.md").write_text("`told`\n```\n$ trestle known --no-option\n$ trestle unknown\n$ ./run untried\n```\n")
+        (root / "docs/performance.md").write_text("| 1.5 ms |\n")
+        (root / "docs/choosing.md").write_text("| 1.5 ms | 2.5 ms |\n")
         # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a room without a box and
         # without a place on two pages; a command that is not in the table, one that is not in the program, one without a
-        # room, and two in another order than in the program.
-        return len(list(faults(root))) == 14
+        # room, and two in another order than in the program; four pages without a row; three commands that there are not; a
+        # cause, a figure.
+        return len(list(faults(root))) == 24
 
 
 def main():

@@ -4,11 +4,11 @@
 They run in a folder that has a copy of examples/. A block of the page that begins with ```console has commands behind `$ `, with `> ` in front of lines that go on, and what each of
 them prints. `...` alone in a line stands for any lines, at the end or in the middle of one for any text; a time of day stands for
 any other. A command that prints something else is tried again for a minute: the machine may be slow, and what is in the network
-comes when it comes. Comments in front of a block say what is special about it:
+comes when it comes. Comments in front of a block say what is special about it, with commas between:
 
   file: NAME         what the block has is written into this file, of any kind of block
   goes on            the command keeps running, as in a terminal of its own
-  ends the bridge    before the block, what was started last ends by Ctrl-C, with status 0
+  ends the last one  before the block, what was started last ends by Ctrl-C, with status 0
   status N           with which the last command of the block ends
   not run: ...       changes the machine; something else tests it
 
@@ -110,12 +110,13 @@ class Session:
         if comment.startswith("file: "):
             pathlib.Path(self.where, comment.removeprefix("file: ")).write_text("\n".join(lines) + "\n")
             return
-        if comment == "ends the bridge":
+        notes = comment.split(", ")
+        if "ends the last one" in notes:
             status = self.terminals.pop().interrupt()
             assert status == 0, f"Ctrl-C: status {status}"
         todo = commands(lines)
         for number, (command, shown) in enumerate(todo, 1):
-            if comment == "goes on":
+            if "goes on" in notes:
                 self.start(command, shown)
             else:
                 last = re.match(r"status (\d)", comment) if number == len(todo) else None
@@ -184,7 +185,16 @@ def python_of(peer):
     return python
 
 
+def hide_other_bridges():
+    """`trestle status` shows root the bridges of everybody: this program goes on where /run is empty."""
+    if os.geteuid() == 0 and "TRESTLE_PAGE" not in os.environ:
+        os.environ["TRESTLE_PAGE"] = "1"
+        os.execvp("unshare", ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs none /run && exec "$@"', "sh", sys.executable, "-B",
+                              *sys.argv])
+
+
 def main():
+    hide_other_bridges()
     check_myself()
     trestle, page = (pathlib.Path(one).resolve() for one in sys.argv[1:3])
     text = page.read_text()
