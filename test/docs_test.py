@@ -11,8 +11,8 @@ Usage: docs_test.py SOURCE_FOLDER
 - Each folder below bridge/ has a box in that drawing, and stands in docs/architecture.md and docs/internals/README.md.
 - Each page of docs/ has its row in docs/README.md.
 - A command of `trestle` or `./run` that a page shows is one, and its long options stand in the program's sources.
-- docs/troubleshooting.md has each cause of docs/status.md, and docs/choosing.md no figure that neither docs/performance.md nor
-  docs/hostile.md has.
+- docs/troubleshooting.md has each cause of docs/status.md, and docs/choosing.md and the README no figure that neither
+  docs/performance.md nor docs/hostile.md has.
 - The table of docs/cli.md has the commands of bridge/program/main.cpp in the order of its help, and docs/architecture.md names the room of each.
 """
 import hashlib
@@ -228,16 +228,20 @@ def bad_shown_commands(root):
 def bad_troubleshooting(root):
     causes = re.findall(r"^\| `(\w+)` \|", read(root / "docs/status.md").partition("## Why nothing flows")[2].partition("\n## ")[0],
                         re.MULTILINE)
+    counted = re.search(r"(\d+) causes", read(root / "README.md"))
+    if counted and int(counted[1]) != len(causes):
+        yield f"README.md: {counted[0]}, where docs/status.md has {len(causes)}"
     text = read(root / "docs/troubleshooting.md")
     yield from (f"docs/troubleshooting.md: the cause `{cause}` is missing" for cause in causes if f"`{cause}`" not in text)
 
 
 def bad_figures(root):
     measured = re.sub(r"\s+", " ", read(root / "docs/performance.md") + read(root / "docs/hostile.md"))
-    for line in re.findall(r"^\|.*$", read(root / "docs/choosing.md"), re.MULTILINE):
+    for page, line in ((page, line) for page in ("README.md", "docs/choosing.md")
+                       for line in re.findall(r"^\|.*$", read(root / page), re.MULTILINE)):
         for figure in re.findall(r"\d[\d,.]* (?:[mµn]?s|[kMG]?B/s|MB|KB|k/s|%|/s|ms/s)(?![\w/])|\d\.\d\d(?= times)", line):
             if not re.search(rf"(?<![\d.,]){re.escape(figure)}(?!\d)", measured):
-                yield f"docs/choosing.md: {figure}: neither in docs/performance.md nor in docs/hostile.md"
+                yield f"{page}: {figure}: neither in docs/performance.md nor in docs/hostile.md"
 
 
 def faults(root):
