@@ -15,6 +15,9 @@ import sys
 import unittest
 
 BUILD, SOURCE, WORK = (pathlib.Path(sys.argv.pop(1)).absolute() for _ in range(3))
+sys.path.insert(0, str(SOURCE / "test/bridge/autoware"))
+from definitions import found_in  # noqa: E402
+
 PACKAGES = ["libtrestle-core-dev", "libtrestle-dev", "trestle"]
 
 if not shutil.which("dpkg-buildpackage") or not shutil.which("dh"):
@@ -56,7 +59,7 @@ class Packages(unittest.TestCase):
         examples = WORK / "trestle/usr/share/doc/trestle/examples"
         found = sorted(examples.rglob("*.yaml"))
         self.assertGreater(len(found), 5)
-        good(self.trestle, "check", *found)
+        good(self.trestle, "check", *found, env={**os.environ, "AMENT_PREFIX_PATH": found_in(WORK / "types")})
 
     def test_the_program_is_stripped_and_its_symbols_are_in_a_package(self):
         sections = good("readelf", "--sections", "--wide", self.trestle)
