@@ -100,8 +100,8 @@ class Runner {
         console_address_{options.console},
         report_{options.report_fd},
         config_{std::move(config)} {
+    open_status();  // first: whoever reads that the bridge is ready can ask for its state
     start();
-    open_status();
   }
 
   void show() { print_counters(*bridge_, report_); }

@@ -267,6 +267,9 @@ class Maker {
     keys["generate"] = {{"anyOf", {{{"const", "all"}}, keys["generate"]}}};
     for (const char* list : {"routes", "methods", "fields"}) {
       let_name_a_member(keys[list]["items"]);
+      Json names_a_member = required({list});
+      names_a_member["properties"][list]["contains"] = required({"someip"});
+      root["allOf"].push_back({{"if", names_a_member}, {"then", required({"interfaces"})}});
     }
     Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"},
                 {"title", "A configuration of trestle bridge"}};
