@@ -271,8 +271,8 @@ void add_record_command(CLI::App& app, int& status) {
   command->footer(
       "Topics of ROS 2 are recorded as they come, with their type and quality of service, and with "
       "--interface\n"
-      "the SOME/IP messages of a network beside them. A folder is a bag of rosbag2; Foxglove, rosbags and\n"
-      "'trestle replay' read the files, too. It ends on Ctrl-C. What cannot be kept is dropped, counted, "
+      "the SOME/IP messages of a network beside them. A folder is a bag of rosbag2; Foxglove and rosbags\n"
+      "read the files, too. It ends on Ctrl-C. What cannot be kept is dropped, counted, "
       "and\n"
       "told at the end. docs/record.md is the guide.\n"
       "Exit status: 0; 1 when something could not be recorded; 2 for a wrong command line or "

@@ -1,6 +1,6 @@
-// bridge/carry/record: `trestle record` and `trestle replay`.
+// bridge/carry/record: `trestle record`.
 //
-//   record_commands.hpp  start here: the commands
+//   record_commands.hpp  start here: the command
 //   record_command.cpp   records what goes over DDS and SOME/IP
 //   topic_recorder.hpp   the topics of a DDS domain; someip_recorder.hpp: SOME/IP of an interface or a
 //   capture
