@@ -254,17 +254,20 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
         known.has_version = true;
       }
     }
+    const auto add_eventgroup = [&](const Node& element, someip::EventgroupId group) {
+      if (!described_.contains(service_number)) {
+        std::vector<Eventgroup>& groups = service(service_number, {}, {}).eventgroups;
+        if (std::ranges::find(groups, group, &Eventgroup::id) == groups.end()) {
+          groups.push_back({.name = std::string{element.name}, .id = group, .place = element.place()});
+        }
+      }
+    };
     each_in(node, "EVENT-HANDLERS"_tag, "EVENT-HANDLER"_tag, [&](const Node& handler) {
       const auto group = eventgroup_id(handler);
       if (!group) {
         return;
       }
-      if (!described_.contains(service_number)) {
-        std::vector<Eventgroup>& groups = service(service_number, {}, {}).eventgroups;
-        if (std::ranges::find(groups, *group, &Eventgroup::id) == groups.end()) {
-          groups.push_back({.name = std::string{handler.name}, .id = *group, .place = handler.place()});
-        }
-      }
+      add_eventgroup(handler, *group);
       const auto sent_to = [&](const Node* endpoint) {
         const Socket to = socket(endpoint);
         if (to.address && to.address->is_multicast()) {
@@ -283,6 +286,7 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
     each_in(node, "CONSUMED-EVENT-GROUPS"_tag, "CONSUMED-EVENT-GROUP"_tag, [&](const Node& group) {
       if (const auto value = number_in(group.child("EVENT-GROUP-IDENTIFIER"_tag), 0, 0xffff, problems_)) {
         add_once(instance.eventgroups, static_cast<someip::EventgroupId>(*value));
+        add_eventgroup(group, static_cast<someip::EventgroupId>(*value));
         read_subscription(tree_, group, instance, problems_);
       }
     });
@@ -291,6 +295,28 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
 }
 
 void Classic::read_eventgroups() {
+  const auto carries = [this](const Node& holder, someip::EventgroupId group) {
+    // What is missing is not the same group as what else is missing.
+    const auto add = [&](auto& ids, const Node& reference) {
+      if (const Node* const carried = tree_.resolve(reference); carried != nullptr) {
+        add_once(ids[carried], group);
+      }
+    };
+    each_in(&holder, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag,
+            [&](const Node& reference) { add(group_ids_, reference); });
+    each_in(
+        &holder, "PDU-ACTIVATION-ROUTING-GROUPS"_tag, "PDU-ACTIVATION-ROUTING-GROUP"_tag,
+        [&](const Node& activation) {
+          const auto identifier = [&](const Node& reference) { add(identifier_ids_, reference); };
+          each_in(&activation, "I-PDU-IDENTIFIER-UDP-REFS"_tag, "I-PDU-IDENTIFIER-UDP-REF"_tag, identifier);
+          each_in(&activation, "I-PDU-IDENTIFIER-TCP-REFS"_tag, "I-PDU-IDENTIFIER-TCP-REF"_tag, identifier);
+        });
+  };
+  const auto id_in = [](const Node* id) -> std::optional<someip::EventgroupId> {
+    const auto value = id == nullptr ? std::nullopt : integer(id->text);
+    return value ? std::optional{static_cast<someip::EventgroupId>(static_cast<std::uint16_t>(*value))}
+                 : std::nullopt;
+  };
   for (const Node* const handler : tree_.all("EVENT-HANDLER"_tag)) {
     const Node* id = handler->child("EVENT-GROUP-IDENTIFIER"_tag);
     each_in(handler, "CONSUMED-EVENT-GROUP-REFS"_tag, "CONSUMED-EVENT-GROUP-REF"_tag,
@@ -298,22 +324,24 @@ void Classic::read_eventgroups() {
               const Node* const group = id == nullptr ? tree_.resolve(reference) : nullptr;
               id = group == nullptr ? id : group->child("EVENT-GROUP-IDENTIFIER"_tag);
             });
-    const std::optional<std::int64_t> value = id == nullptr ? std::nullopt : integer(id->text);
-    if (!value) {
+    const auto group = id_in(id);
+    if (!group) {
       continue;
     }
-    const auto group = static_cast<someip::EventgroupId>(static_cast<std::uint16_t>(*value));
-    each_in(handler, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag,
-            [&](const Node& reference) { add_once(group_ids_[tree_.resolve(reference)], group); });
-    each_in(
-        handler, "PDU-ACTIVATION-ROUTING-GROUPS"_tag, "PDU-ACTIVATION-ROUTING-GROUP"_tag,
-        [&](const Node& activation) {
-          const auto identifier = [&](const Node& reference) {
-            add_once(identifier_ids_[tree_.resolve(reference)], group);
-          };
-          each_in(&activation, "I-PDU-IDENTIFIER-UDP-REFS"_tag, "I-PDU-IDENTIFIER-UDP-REF"_tag, identifier);
-          each_in(&activation, "I-PDU-IDENTIFIER-TCP-REFS"_tag, "I-PDU-IDENTIFIER-TCP-REF"_tag, identifier);
-        });
+    carries(*handler, *group);
+    // Older files have them with those who subscribe.
+    each_in(handler, "CONSUMED-EVENT-GROUP-REFS"_tag, "CONSUMED-EVENT-GROUP-REF"_tag,
+            [&](const Node& reference) {
+              if (const Node* const consumed = tree_.resolve(reference); consumed != nullptr) {
+                carries(*consumed, *group);
+              }
+            });
+  }
+  // Who subscribes may be known without who offers.
+  for (const Node* const consumed : tree_.all("CONSUMED-EVENT-GROUP"_tag)) {
+    if (const auto group = id_in(consumed->child("EVENT-GROUP-IDENTIFIER"_tag))) {
+      carries(*consumed, *group);
+    }
   }
 }
 

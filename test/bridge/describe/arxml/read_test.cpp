@@ -1049,6 +1049,53 @@ std::string replaced(std::string text, std::string_view old, std::string_view by
   return at == std::string::npos ? text : text.replace(at, old.size(), by);
 }
 
+/// classic(), where nothing but the routing group tells that the message is an event; it stands at `holder`.
+std::string with_routing_group_at(std::string_view holder) {
+  const std::string_view group =
+      "<ROUTING-GROUP-REFS><ROUTING-GROUP-REF DEST=\"X\">/P/R</ROUTING-GROUP-REF></ROUTING-GROUP-REFS>";
+  std::string text = replaced(classic(), "<MESSAGE-TYPE>NOTIFICATION</MESSAGE-TYPE>", "");
+  text = replaced(std::move(text),
+                  "<SENDER-RECEIVER-TO-SIGNAL-MAPPING><DATA-ELEMENT-IREF><TARGET-DATA-PROTOTYPE-REF "
+                  "DEST=\"X\">/P/If/speed</TARGET-DATA-PROTOTYPE-REF></DATA-ELEMENT-IREF>"
+                  "<SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1</SYSTEM-SIGNAL-REF>"
+                  "</SENDER-RECEIVER-TO-SIGNAL-MAPPING>",
+                  "");
+  text = replaced(std::move(text), std::string{group} + "</EVENT-HANDLER>", "</EVENT-HANDLER>");
+  const std::string end = "</" + std::string{holder} + ">";
+  return replaced(std::move(text), end, std::string{group} + end);
+}
+
+TEST(ReadArxml, TakesTheRoutingGroupsOfAnEventgroupFromItsSubscribers) {
+  for (const char* const holder : {"EVENT-HANDLER", "CONSUMED-EVENT-GROUP"}) {
+    const Reading reading = read_texts({with_routing_group_at(holder)});
+    EXPECT_THAT(problems_of(reading), HasSubstr("no mapping tells the data type"));
+    const Service& nav = reading.model.services.at(0);
+    ASSERT_EQ(nav.events.size(), 1U) << holder;
+    EXPECT_EQ(nav.events[0].id, someip::MethodId{1});
+    EXPECT_THAT(nav.events[0].eventgroups, ElementsAre(someip::EventgroupId{6}));
+    ASSERT_EQ(nav.methods.size(), 1U);
+    EXPECT_EQ(nav.methods[0].name, "reset");
+  }
+}
+
+TEST(ReadArxml, KnowsAnEventgroupThatNobodyInTheFileOffers) {
+  std::string text = with_routing_group_at("CONSUMED-EVENT-GROUP");
+  const std::size_t from = text.find("<PROVIDED-SERVICE-INSTANCES>");
+  const std::string_view end = "</PROVIDED-SERVICE-INSTANCES>";
+  text.erase(from, text.find(end) + end.size() - from);
+  text = replaced(std::move(text),
+                  "<PROVIDED-SERVICE-INSTANCE-REF DEST=\"X\">/P/Net/Ch/A/E/Nav"
+                  "</PROVIDED-SERVICE-INSTANCE-REF>",
+                  "<SERVICE-IDENTIFIER>4660</SERVICE-IDENTIFIER>");
+  const Reading reading = read_texts({text});
+  const Service& service = reading.model.services.at(0);
+  ASSERT_EQ(service.eventgroups.size(), 1U);
+  EXPECT_EQ(service.eventgroups[0].name, "g");
+  EXPECT_EQ(service.eventgroups[0].id, someip::EventgroupId{6});
+  ASSERT_EQ(service.events.size(), 1U);
+  EXPECT_THAT(service.events[0].eventgroups, ElementsAre(someip::EventgroupId{6}));
+}
+
 TEST(ReadArxml, ReadsSocketConnectionsWithoutABundle) {
   std::string text = classic();
   text = replaced(std::move(text),
