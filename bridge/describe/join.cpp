@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
 #include <set>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -336,40 +339,73 @@ class Joining {
     }
   }
 
+  /// Instances of one service, id and role, by what may tell them apart: machine and address.
+  class Alike {
+   public:
+    /// The first that does not contradict `instance`. An empty name and no address may be any.
+    [[nodiscard]] std::optional<std::size_t> first_like(const Instance& instance) const {
+      const bool any_machine = instance.machine.empty();
+      const bool any_address = !instance.address;
+      std::optional<std::size_t> first;
+      for (const MachineOrAll& machine :
+           {any_machine ? MachineOrAll{} : MachineOrAll{instance.machine}, MachineOrAll{""}}) {
+        for (const AddressOrAll& address : {any_address ? AddressOrAll{} : AddressOrAll{instance.address},
+                                            AddressOrAll{std::optional<IpAddress>{}}}) {
+          const auto found = at_.find({machine, address});
+          if (found != at_.end() && (!first || *found->second.begin() < *first)) {
+            first = *found->second.begin();
+          }
+        }
+      }
+      return first;
+    }
+
+    void insert(const Instance& instance, std::size_t index) {
+      for (const Spot& spot : spots_of(instance)) {
+        at_[spot].insert(index);
+      }
+    }
+
+    void erase(const Instance& instance, std::size_t index) {
+      for (const Spot& spot : spots_of(instance)) {
+        if (const auto found = at_.find(spot);
+            found != at_.end() && found->second.erase(index) > 0 && found->second.empty()) {
+          at_.erase(found);
+        }
+      }
+    }
+
+   private:
+    using MachineOrAll = std::optional<std::string>;               ///< nothing: all
+    using AddressOrAll = std::optional<std::optional<IpAddress>>;  ///< nothing: all
+    using Spot = std::pair<MachineOrAll, AddressOrAll>;
+
+    static std::array<Spot, 4> spots_of(const Instance& instance) {
+      const MachineOrAll machine{instance.machine};
+      const AddressOrAll address{instance.address};
+      return {Spot{machine, address}, Spot{machine, {}}, Spot{MachineOrAll{}, address}, Spot{}};
+    }
+
+    std::map<Spot, std::set<std::size_t>> at_{};
+  };
+
   void instances() {
     std::vector<Instance> kept;
     using Key = std::tuple<Instance::Role, std::string, std::optional<someip::InstanceId>,
                            std::optional<someip::ServiceId>>;
-    struct Alike {
-      std::optional<std::size_t> first{};
-      std::map<std::string, std::set<std::size_t>> by_machine{};  ///< an empty name may be any
-    };
     std::map<Key, Alike> places;
     for (Instance& instance : model_.instances) {
-      auto& [first, alike] = places[Key{instance.role, instance.service, instance.id, instance.service_id}];
-      std::optional<std::size_t> same = instance.machine.empty() ? first : std::nullopt;
-      for (const std::string& machine : {instance.machine, std::string{}}) {
-        const auto found = alike.find(machine);
-        if (found != alike.end() && (!same || *found->second.begin() < *same)) {
-          same = *found->second.begin();
-        }
-      }
+      Alike& alike = places[Key{instance.role, instance.service, instance.id, instance.service_id}];
+      const std::optional<std::size_t> same = alike.first_like(instance);
       if (!same) {
-        first = first.value_or(kept.size());
-        alike[instance.machine].insert(kept.size());
+        alike.insert(instance, kept.size());
         kept.push_back(std::move(instance));
         continue;
       }
       Instance& known = kept[*same];
-      const std::string before = known.machine;
+      alike.erase(known, *same);
       add_instance(known, instance);
-      if (known.machine != before) {
-        alike[before].erase(*same);
-        if (alike[before].empty()) {
-          alike.erase(before);
-        }
-        alike[known.machine].insert(*same);
-      }
+      alike.insert(known, *same);
     }
     model_.instances = without_unknown_ids(std::move(kept));
   }

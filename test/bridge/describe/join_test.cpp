@@ -292,6 +292,42 @@ TEST(Join, TakesAnInstanceWithoutIdForTheOnlyOne) {
   EXPECT_THAT(model.instances, SizeIs(2));
 }
 
+TEST(Join, KeepsInstancesOfOneMachineAtTwoAddresses) {
+  Model model = named();
+  const auto at = [](std::uint8_t network) { return IpAddress::v4(192, 168, network, 1); };
+  Instance& first = model.instances[0];
+  first.machine = "gateway";
+  first.address = at(2);
+  Instance second = first;
+  second.address = at(3);
+  second.udp_port = 30501;
+  Instance again = second;  // of which another file tells more
+  again.machine.clear();
+  again.udp_port.reset();
+  again.tcp_port = 30502;
+  model.instances.push_back(second);
+  model.instances.push_back(again);
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.instances, SizeIs(2));
+  EXPECT_EQ(model.instances[0].address, at(2));
+  EXPECT_EQ(model.instances[0].tcp_port, std::nullopt);
+  EXPECT_EQ(model.instances[1].address, at(3));
+  EXPECT_EQ(model.instances[1].udp_port, 30501);
+  EXPECT_EQ(model.instances[1].tcp_port, 30502);
+  EXPECT_EQ(model.instances[1].machine, "gateway");
+}
+
+TEST(Join, TakesAnInstanceWithoutAddressForTheFirst) {
+  Model model = named();
+  model.instances[0].machine = "gateway";
+  Instance second = model.instances[0];
+  second.address = IpAddress::v4(192, 168, 3, 1);
+  model.instances.push_back(second);
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.instances, SizeIs(1));
+  EXPECT_EQ(model.instances[0].address, second.address);
+}
+
 TEST(Join, TakesTheServiceOfTheSameMajorVersion) {
   Model model = named();
   model.services.push_back({.name = "Door2", .scope = "car", .id = someip::ServiceId{0x1234}, .major = 2});
