@@ -253,6 +253,8 @@ Value Types::build_map(const Node& node, const Frame& frame) {
   type.key.name.clear();
   type.element.name.clear();
   type.max_size = size_of(node.child("ARRAY-SIZE"_tag), problems_);
+  // No category tells that a map has a fixed size: without a length field there are as many as there can be.
+  type.fixed_size = type.max_size > 0 && frame.rules.array == someip::FieldWidth::none;
   return named(node, std::move(type), frame);
 }
 

@@ -479,6 +479,9 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       template_argument(key);
       template_argument(value);
       xml.close();
+      if (type.min_size > 0 && !(type.fixed_size && type.min_size == type.max_size)) {
+        lost(called, "its least number of elements", type.place);
+      }
       break;
     }
     case Kind::structure:

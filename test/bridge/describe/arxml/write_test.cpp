@@ -299,6 +299,40 @@ TEST(WriteArxml, GivesStringsWithoutLengthFieldTheirSizes) {
   EXPECT_EQ(value_of(4).wire, usual);
 }
 
+TEST(WriteArxml, WritesThatAMapHasNoLengthField) {
+  Model model;
+  const TypeIndex u8 = model.add({.kind = Kind::primitive});
+  const Wire none = length(someip::FieldWidth::none);
+  const Wire usual = default_wire(Kind::map);
+  Type map{.kind = Kind::map,
+           .name = "Map",
+           .scope = "/car/Types",
+           .element = value("", u8),
+           .key = value("", u8),
+           .min_size = 3,
+           .max_size = 3,
+           .fixed_size = true};
+  const TypeIndex three = model.add(map);
+  map.name = "Some";
+  map.fixed_size = false;
+  const TypeIndex some = model.add(map);
+  model = with_events(std::move(model), {value("e0", three, none), value("e1", some, usual)});
+
+  const ArxmlFile file = write_arxml(model);
+  EXPECT_THAT(lines_of(file.not_carried),
+              testing::ElementsAre("/car/Types/Some: its least number of elements"));
+  const Reading reading = read_texts({file.text});
+  EXPECT_EQ(problems_of(reading), "");
+  const std::vector<Event>& events = reading.model.services.at(0).events;
+  const Value& fixed = events.at(0).payload.values.at(0);
+  EXPECT_EQ(fixed.wire.length, someip::FieldWidth::none);
+  EXPECT_TRUE(reading.model.at(fixed.type).fixed_size);
+  EXPECT_EQ(reading.model.at(fixed.type).max_size, 3U);
+  const Value& dynamic = events.at(1).payload.values.at(0);
+  EXPECT_EQ(dynamic.wire.length, someip::FieldWidth::bits32);
+  EXPECT_FALSE(reading.model.at(dynamic.type).fixed_size);
+}
+
 TEST(WriteArxml, WritesVariantsThatOnlyDifferInWireRulesAsOneType) {
   Model model;
   const Wire usual = default_wire(Kind::string);
