@@ -180,6 +180,14 @@ class Joining {
         twin_of_[name] = full_name(other->scope, other->name);
         continue;
       }
+      if (named == by_name.end() && (has_more(service, *other) || has_more(*other, service))) {
+        warning(service.place, fmt::format("service {} has the id 0x{:04x} of {}, at {}; one of them has all "
+                                           "members of the other, as if it extended it",
+                                           service.name, someip::value(*service.id), other->name,
+                                           to_string(model_, other->place)));
+        by_name.emplace(name, &service);
+        continue;
+      }
       const char* const hint = other_file && service.name == other->name ? ": name one of the two files" : "";
       if (named != by_name.end()) {
         error(service.place, fmt::format("service {} is described twice, also at {}{}", name,
@@ -220,6 +228,34 @@ class Joining {
       base = next == all.end() ? std::string{} : next->base;
     }
     return false;
+  }
+
+  /// Whether `heir` has all that `other` has, and more: so do FIDL's interfaces that extend one, in the words
+  /// of other languages, which copy the members.
+  bool has_more(const Service& heir, const Service& other) {
+    constexpr std::size_t max_heirs = 100;  // each is compared with all members of the first
+    const auto size = [](const Service& service) {
+      return service.methods.size() + service.events.size() + service.fields.size();
+    };
+    const auto has_all = [](const auto& members, const auto& of_other, const auto& ids) {
+      using Ids = std::invoke_result_t<decltype(ids), decltype(members.front())>;
+      std::set<std::pair<std::string, Ids>> known;
+      for (const auto& member : members) {
+        known.emplace(member.name, ids(member));
+      }
+      return std::ranges::all_of(of_other, [&](const auto& member) {
+        return known.contains({member.name, ids(member)});
+      });
+    };
+    const auto id = [](const auto& member) { return member.id; };
+    const auto field_ids = [](const Field& field) {
+      return std::tuple{field.getter, field.setter, field.notifier};
+    };
+    if (size(other) == 0 || size(heir) <= size(other) || ++heirs_compared_ > max_heirs) {
+      return false;
+    }
+    return has_all(heir.methods, other.methods, id) && has_all(heir.events, other.events, id) &&
+           has_all(heir.fields, other.fields, field_ids);
   }
 
   /// Whether nobody on the wire could tell two descriptions apart.
@@ -545,7 +581,16 @@ class Joining {
   }
 
   void error(const Place& place, std::string text) {
-    problems_.push_back({.file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
+    tell(documents::Problem::Severity::error, place, std::move(text));
+  }
+
+  void warning(const Place& place, std::string text) {
+    tell(documents::Problem::Severity::warning, place, std::move(text));
+  }
+
+  void tell(documents::Problem::Severity severity, const Place& place, std::string text) {
+    problems_.push_back({.severity = severity,
+                         .file = place.file < model_.files.size() ? model_.files[place.file] : std::string{},
                          .mark = place.mark,
                          .text = std::move(text)});
   }
@@ -555,6 +600,7 @@ class Joining {
   std::map<someip::ServiceId, const Service*> by_id_{};
   std::map<std::string, std::string, std::less<>> twin_of_{};  ///< full names
   std::size_t twins_compared_ = 0;
+  std::size_t heirs_compared_ = 0;
   std::vector<documents::Problem> problems_{};
 };
 

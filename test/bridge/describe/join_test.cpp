@@ -399,6 +399,36 @@ TEST(Join, LetsAnInterfaceAndItsHeirHaveOneId) {
   EXPECT_THAT(model.services, SizeIs(2));
 }
 
+/// ARXML does not say that an interface extends another one: the members of that one are copied.
+TEST(Join, LetsAServiceAndOneWithAllItsMembersHaveOneId) {
+  Model model = described();
+  Service window = model.services[0];
+  window.name = "Window";
+  window.methods = {{.name = "open", .id = someip::MethodId{1}}};
+  for (const bool heir_first : {false, true}) {
+    Model both = model;
+    both.services.insert(heir_first ? both.services.begin() : both.services.end(), window);
+    const auto problems = join(both);
+    ASSERT_THAT(problems, SizeIs(1));
+    EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+    EXPECT_THAT(problems[0].text, HasSubstr(heir_first ? "service Door has the id 0x1234 of Window, at "
+                                                       : "service Window has the id 0x1234 of Door, at "));
+    EXPECT_THAT(both.services, SizeIs(2));
+  }
+  // Not where a member has another id, nor where both have the same.
+  Service other = window;
+  other.events[0].id = someip::MethodId{0x8003};
+  Service copy = model.services[0];
+  copy.name = "Copy";
+  for (const Service& service : {other, copy}) {
+    Model both = model;
+    both.services.push_back(service);
+    const auto problems = join(both);
+    ASSERT_THAT(problems, SizeIs(1));
+    EXPECT_EQ(problems[0].severity, documents::Problem::Severity::error);
+  }
+}
+
 /// As those of CommonAPI's ti_datatypes_combined: the message type tells them apart.
 TEST(Join, LetsAMethodAndAnEventHaveOneId) {
   Model model = described();
