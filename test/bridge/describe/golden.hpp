@@ -12,26 +12,17 @@
 #include "test/bytes.hpp"
 #include "test/source_dir.hpp"
 
-/// The bytes of CommonAPI's runtime: each line of ../shared/facts/commonapi_golden.jsonl is a type with its
-/// deployment, a value and its bytes. commonapi_golden.md beside it says how it was made.
+/// The bytes of CommonAPI's runtime: each line of test/fixtures/commonapi_golden.jsonl is a type with its
+/// deployment, a value and its bytes.
 namespace trestle::describe::golden {
 
 using json = nlohmann::json;
 
-/// None where the file is not there.
 inline std::vector<json> lines() {
-  const char* const folder = std::getenv("TRESTLE_FACTS");
   std::vector<json> result;
-  for (const std::string& within :
-       {folder != nullptr ? std::string{folder} : test::source_dir() + "/../shared/facts",
-        test::source_dir() + "/../../shared/facts"}) {
-    std::ifstream in{within + "/commonapi_golden.jsonl"};
-    for (std::string line; std::getline(in, line);) {
-      result.push_back(json::parse(line));
-    }
-    if (!result.empty()) {
-      break;
-    }
+  std::ifstream in{test::source_dir() + "/test/fixtures/commonapi_golden.jsonl"};
+  for (std::string line; std::getline(in, line);) {
+    result.push_back(json::parse(line));
   }
   return result;
 }
