@@ -21,6 +21,7 @@
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
+#include "bridge/documents/utf8.hpp"
 #include "bridge/generate/capture_model.hpp"
 #include "bridge/generate/live_sources.hpp"
 #include "bridge/messages/types/names.hpp"
@@ -245,6 +246,13 @@ std::optional<Page::Settings> SourceArguments::load() {
     }
     return text;
   });
+  for (describe::SourceText& file : settings.files) {  // the page sends and gets them as JSON, which is UTF-8
+    if (describe::kind_of(file.name, file.text) != describe::SourceKind::arxml) {
+      if (auto warning = documents::make_utf8(file.text, file.name)) {
+        opened.problems.push_back(std::move(*warning));
+      }
+    }
+  }
   read_lock(opened.problems);
   settings.lock = lock_;
   print_problems(opened.problems);

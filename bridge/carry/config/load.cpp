@@ -17,6 +17,8 @@
 #include "bridge/carry/config/lock_file.hpp"
 #include "bridge/carry/config/pattern_conflicts.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/quote_path.hpp"
+#include "bridge/documents/utf8.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
@@ -385,12 +387,19 @@ tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_v
 
 tl::expected<Loaded, std::vector<documents::Problem>> load_config(const std::string& file,
                                                                   const TypeCheck& check_type) {
-  const auto text = documents::read_text_file(file);
+  auto text = documents::read_text_file(file);
   if (!text) {
     return tl::unexpected{
         std::vector{documents::Problem{documents::Problem::Severity::error, file, {}, text.error()}}};
   }
-  return parse_config(*text, file, check_type);
+  // Not UTF-16, which YAML may be as well: make_utf8() leaves it as it is.
+  const auto warning = documents::make_utf8(*text, file);
+  auto loaded = parse_config(*text, file, check_type);
+  if (warning) {
+    std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
+    problems.insert(problems.begin(), *warning);
+  }
+  return loaded;
 }
 
 }  // namespace trestle::carry

@@ -15,6 +15,7 @@
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
 #include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/documents/problems.hpp"
+#include "bridge/documents/utf8.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -73,6 +74,11 @@ SourceKind kind_of(std::string_view name, std::string_view text) {
 Reading read_sources(std::span<const SourceText> sources, const Load& load, const SourceOptions& options) {
   Reading reading;
   std::array<std::vector<SourceText>, 4> by_kind;
+  const auto make_utf8 = [&](SourceText& source) {
+    if (auto warning = documents::make_utf8(source.text, source.name)) {
+      reading.problems.push_back(std::move(*warning));
+    }
+  };
   for (const SourceText& source : sources) {
     const SourceKind kind = kind_of(source.name, source.text);
     if (kind == SourceKind::unknown) {
@@ -81,14 +87,26 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
                                   .text = "is not an interface description: expected FIDL, FDEPL, ARXML, "
                                           "vsomeip JSON, .msg, .srv, .action or .idl"});
     } else {
-      by_kind.at(static_cast<std::size_t>(kind)).push_back(source);
+      SourceText& mended = by_kind.at(static_cast<std::size_t>(kind)).emplace_back(source);
+      if (kind != SourceKind::arxml) {  // XML says itself how it is encoded
+        make_utf8(mended);
+      }
     }
   }
   const auto of = [&](SourceKind kind) -> const std::vector<SourceText>& {
+  const Load load_utf8 = [&](const std::string& name) {
+    auto text = load(name);
+    if (text) {
+      SourceText mended{name, std::move(*text)};
+      make_utf8(mended);
+      *text = std::move(mended.text);
+    }
+    return text;
+  };
     return by_kind.at(static_cast<std::size_t>(kind));
   };
   if (!of(SourceKind::fidl).empty()) {
-    add(reading, read_fidl(of(SourceKind::fidl), load));
+    add(reading, read_fidl(of(SourceKind::fidl), load ? load_utf8 : load));
   }
   if (!of(SourceKind::arxml).empty()) {
     std::vector<std::istringstream> streams;

@@ -30,7 +30,8 @@ struct SourceOptions {
   bool look_beside = true;  ///< for packages beside those of `.msg` files; else nothing is opened for these
 };
 
-/// Reads all sources, those of one kind together, and joins what they say (join.hpp).
+/// Reads all sources, those of one kind together, and joins what they say (join.hpp). What is not UTF-8 is
+/// made it, with a warning for each file; ARXML says itself how it is encoded.
 /// @param load  asked for imports.
 [[nodiscard]] Reading read_sources(std::span<const SourceText> sources, const Load& load,
                                    const SourceOptions& options = {});

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
+#include "bridge/documents/utf8.hpp"
 #include "bridge/messages/types/builtin.hpp"
 #include "bridge/messages/types/parsers.hpp"
 
@@ -25,9 +27,12 @@ tl::expected<std::string, TypeError> read_file(const fs::path& path) {
     return tl::unexpected{
         TypeError{path.string(), 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+  std::ostringstream stream;
+  stream << in.rdbuf();
+  std::string text = stream.str();
+  // Without a warning: nobody has named the file, and only comments and defaults can hold such text.
+  std::ignore = documents::make_utf8(text);
+  return text;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "bridge/describe/model_json.hpp"
 #include "bridge/describe/sources/sources.hpp"
 
 namespace trestle::describe {
@@ -144,6 +145,49 @@ TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
   ASSERT_THAT(problems, IsEmpty());
   ASSERT_TRUE(reading.ok()) << reading.problems[0].text;
   EXPECT_THAT(names(reading.model.services), ElementsAre("Lamp", "DoorService"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ReadSources, MakesUtf8OfLatin1WithAWarningForEachFile) {
+  const std::vector<SourceText> files{
+      {"A.fidl",
+       "package a import model \"B.fidl\"\ninterface I { version { major 1 minor 0 }\n"
+       "<** @description : Gr\xf6\xdf"
+       "e **> attribute UInt8 x }"},
+      {"p/msg/A.msg",
+       "float32 x # in \xb0"
+       "C, \xb0"
+       "F\n"},
+      {"v.json", "{\"services\": [{\"service\": \"1\", \"instance\": \"1\", \"x\xfc\": 1}]}"},
+  };
+  const Reading reading = read_sources(
+      files, [](const std::string&) { return tl::expected<std::string, std::string>{"// \xc4\npackage b"}; });
+  const auto warnings_at = [&](const std::string& place) {
+    return std::ranges::count_if(reading.problems, [&](const documents::Problem& one) {
+      return documents::to_string(one).starts_with(place + ": warning: here the file is not UTF-8");
+    });
+  };
+  EXPECT_EQ(warnings_at("A.fidl:3:22"), 1);
+  EXPECT_EQ(warnings_at("B.fidl:1:4"), 1);
+  EXPECT_EQ(warnings_at("p/msg/A.msg:1:16"), 1);
+  EXPECT_EQ(warnings_at("v.json:1:51"), 1);
+  const std::string json = to_json_text(reading.model);
+  EXPECT_THAT(json, HasSubstr("Gr\xc3\xb6\xc3\x9f"
+                              "e"));
+  EXPECT_THAT(json, HasSubstr("in \xc2\xb0"
+                              "C, \xc2\xb0"
+                              "F"));
+}
+
+TEST(FolderSource, MakesUtf8OfLatin1) {
+  const std::filesystem::path folder =
+      std::filesystem::path{testing::TempDir()} / ("ros_latin1_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "p" / "msg");
+  std::ofstream{folder / "p" / "msg" / "A.msg"} << "string x \"\xe4\"\n";
+  messages::TypeLibrary library = messages::TypeLibrary::in({.folders = {folder.string()}});
+  const auto tree = library.resolve("p/msg/A");
+  ASSERT_TRUE(tree);
+  EXPECT_EQ(tree->messages.back().fields.front().default_value, "\"\xc3\xa4\"");
   std::filesystem::remove_all(folder);
 }
 
