@@ -8,6 +8,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/explanation.hpp"
 #include "bridge/generate/generate_commands.hpp"
@@ -38,7 +39,7 @@ cli::TextArgument values_of(const std::string& argument) {
     return cli::text_of_argument(option, option, "@" + argument);
   }
   if (is_name && (argument.ends_with(".yaml") || argument.ends_with(".yml") || argument.ends_with(".json"))) {
-    throw CLI::ValidationError{option, "there is no file " + documents::quote(argument)};
+    throw CLI::ValidationError{option, "there is no file " + documents::quote_path(argument)};
   }
   return cli::text_of_argument(option, option, argument);
 }

@@ -171,7 +171,7 @@ void load_types(const YAML::Node& node, const std::string& file, std::vector<std
       into.push_back(path.lexically_normal().string());
     } else {
       problems.error(marks[i], fmt::format("paths: there is no folder {}",
-                                           documents::quote(path.lexically_normal().string())));
+                                           documents::quote_path(path.lexically_normal().string())));
     }
   }
 }
@@ -240,8 +240,8 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
   const auto path = (std::filesystem::path{config.file}.parent_path() / name).lexically_normal();
   std::error_code ignored;
   if (path.has_parent_path() && !std::filesystem::is_directory(path.parent_path(), ignored)) {
-    problems.error(
-        mark, fmt::format("lock_file: there is no folder {}", documents::quote(path.parent_path().string())));
+    problems.error(mark, fmt::format("lock_file: there is no folder {}",
+                                     documents::quote_path(path.parent_path().string())));
     return;
   }
   config.lock_file = path.string();
@@ -250,7 +250,7 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
     config.locked = lock->topics();
   } else {
     std::ranges::copy(lock.error(), std::back_inserter(file_problems));
-    problems.error(mark, fmt::format("lock_file: {} is not good", documents::quote(config.lock_file)));
+    problems.error(mark, fmt::format("lock_file: {} is not good", documents::quote_path(config.lock_file)));
   }
 }
 
@@ -322,9 +322,9 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
     report_lock_conflicts(config, routes, methods, of_lock);
     std::ranges::move(locked_routes(config, routes, check_type, of_lock), std::back_inserter(routes));
     if (of_lock.has_errors()) {
-      problems.error(
-          section.value_mark("lock_file"),
-          fmt::format("lock_file: {} does not match this configuration", documents::quote(config.lock_file)));
+      problems.error(section.value_mark("lock_file"),
+                     fmt::format("lock_file: {} does not match this configuration",
+                                 documents::quote_path(config.lock_file)));
     }
     std::ranges::move(of_lock.take(), std::back_inserter(file_problems));
   }

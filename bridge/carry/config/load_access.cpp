@@ -6,6 +6,7 @@
 
 #include "bridge/carry/config/elements.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/quote_path.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -107,7 +108,8 @@ void load_tls(documents::Section& someip, const std::string& file, std::optional
     name = (std::filesystem::path{file}.parent_path() / name).lexically_normal().string();
     std::error_code ignored;
     if (!std::filesystem::exists(name, ignored)) {
-      problems.error(tls.value_mark(key), std::string{key} + ": there is no file " + documents::quote(name));
+      problems.error(tls.value_mark(key),
+                     std::string{key} + ": there is no file " + documents::quote_path(name));
       are_there = false;
     }
   };

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "someip/net/address_text.hpp"
@@ -104,8 +105,8 @@ void load_security(const YAML::Node& node, const std::string& file, SecuritySett
     if (std::filesystem::is_directory(folder / "enclaves", ignored)) {
       into.keystore = folder.string();
     } else {
-      problems.error(security.value_mark("keystore"),
-                     fmt::format("keystore: {} has no folder 'enclaves'", documents::quote(folder.string())));
+      problems.error(security.value_mark("keystore"), fmt::format("keystore: {} has no folder 'enclaves'",
+                                                                  documents::quote_path(folder.string())));
     }
   }
   security.finish();
@@ -154,7 +155,7 @@ void load_profiles(documents::Section& dds, const std::string& file, DdsSettings
       }
     } else {
       problems.error(dds.value_mark("profiles"),
-                     fmt::format("profiles: there is no file {}", documents::quote(path.string())));
+                     fmt::format("profiles: there is no file {}", documents::quote_path(path.string())));
     }
   }
   if (dds.read("profile", documents::any_text("the name of a participant profile"), into.profile) &&

@@ -19,6 +19,7 @@
 #include "bridge/describe/write/routes/action_entries.hpp"
 #include "bridge/describe/write/routes/route_entries.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -452,7 +453,7 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   const std::vector<describe::SourceText> sources =
       describe::load_sources(paths_of(interfaces, file, problems), unreadable);
   for (const documents::Problem& problem : unreadable) {
-    problems.error(mark, fmt::format("interfaces: {} {}", documents::quote(problem.file), problem.text));
+    problems.error(mark, fmt::format("interfaces: {} {}", documents::quote_path(problem.file), problem.text));
   }
   if (problems.has_errors()) {
     applied.good = false;

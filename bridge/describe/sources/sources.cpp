@@ -29,21 +29,22 @@ constexpr std::array endings{
     std::pair{".action", SourceKind::ros},  std::pair{".idl", SourceKind::ros},
 };
 
+/// The text of a file, or why it cannot be read.
 tl::expected<std::string, std::string> load_file(const std::string& name) {
   std::error_code error;
   const auto size = fs::file_size(name, error);
   if (error) {
-    return tl::unexpected{"cannot be read: " + error.message()};
+    return tl::unexpected{error.message()};
   }
   if (size > max_source_bytes) {
     return tl::unexpected{
-        fmt::format("has {} MB; at most {} are read", size >> 20U, max_source_bytes >> 20U)};
+        fmt::format("it has {} MB; at most {} are read", size >> 20U, max_source_bytes >> 20U)};
   }
   std::ifstream file{name, std::ios::binary};
   std::string text(size, '\0');
   file.read(text.data(), static_cast<std::streamsize>(size));
   if (file.bad() || !file.is_open()) {
-    return tl::unexpected{std::string{"cannot be read"}};
+    return tl::unexpected{std::string{"it cannot be opened"}};
   }
   text.resize(static_cast<std::size_t>(file.gcount()));
   return text;
@@ -73,12 +74,12 @@ SourceKind kind_of(std::string_view name, std::string_view text) {
 
 Reading read_sources(std::span<const SourceText> sources, const Load& load, const SourceOptions& options) {
   Reading reading;
-  std::array<std::vector<SourceText>, 4> by_kind;
   const auto make_utf8 = [&](SourceText& source) {
     if (auto warning = documents::make_utf8(source.text, source.name)) {
       reading.problems.push_back(std::move(*warning));
     }
   };
+  std::array<std::vector<SourceText>, 4> by_kind;
   for (const SourceText& source : sources) {
     const SourceKind kind = kind_of(source.name, source.text);
     if (kind == SourceKind::unknown) {
@@ -93,7 +94,6 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
       }
     }
   }
-  const auto of = [&](SourceKind kind) -> const std::vector<SourceText>& {
   const Load load_utf8 = [&](const std::string& name) {
     auto text = load(name);
     if (text) {
@@ -103,6 +103,7 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
     }
     return text;
   };
+  const auto of = [&](SourceKind kind) -> const std::vector<SourceText>& {
     return by_kind.at(static_cast<std::size_t>(kind));
   };
   if (!of(SourceKind::fidl).empty()) {
@@ -138,7 +139,7 @@ std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
     if (auto text = load_file(name)) {
       sources.push_back({name, std::move(*text)});
     } else {
-      problems.push_back({.file = name, .mark = {}, .text = text.error()});
+      problems.push_back({.file = name, .mark = {}, .text = "cannot be read: " + text.error()});
     }
   };
   for (const std::string& path : paths) {

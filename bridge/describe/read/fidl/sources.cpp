@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bridge/documents/problems.hpp"
+#include "bridge/documents/quote_path.hpp"
 
 namespace trestle::describe::fidl {
 namespace {
@@ -157,8 +158,9 @@ std::optional<std::uint32_t> Loader::file_for(std::string_view import, std::uint
   const std::string_view base = base_name(import);
   for (const auto& [name, index] : files_) {
     if (base_name(name) == base) {
-      findings_.warning(place, fmt::format("{} cannot be read ({}); {} is taken", documents::quote(wanted),
-                                           documents::printable(text.error()), documents::quote(name)));
+      findings_.warning(place,
+                        fmt::format("{} cannot be read ({}); {} is taken", documents::quote_path(wanted),
+                                    documents::printable(text.error()), documents::quote_path(name)));
       return index;
     }
   }
@@ -169,13 +171,14 @@ std::optional<std::uint32_t> Loader::file_for(std::string_view import, std::uint
   const std::string near = beside(sources_.names[from], base);
   if (near != wanted && load_) {
     if (auto other = load_(near)) {
-      findings_.warning(place, fmt::format("{} cannot be read ({}); {} is taken", documents::quote(wanted),
-                                           documents::printable(text.error()), documents::quote(near)));
+      findings_.warning(place,
+                        fmt::format("{} cannot be read ({}); {} is taken", documents::quote_path(wanted),
+                                    documents::printable(text.error()), documents::quote_path(near)));
       return add(near, std::move(*other), place);
     }
   }
   const std::string cannot =
-      fmt::format("{} cannot be read: {}", documents::quote(wanted), documents::printable(text.error()));
+      fmt::format("{} cannot be read: {}", documents::quote_path(wanted), documents::printable(text.error()));
   if (sources_.names[from].ends_with(".fidl")) {
     findings_.warning(place, cannot + "; what needs it is told below");
   } else {
@@ -253,7 +256,7 @@ void Loader::tell_of_circles() {
       if (states[file] == State::open) {
         findings_.warning(
             place, fmt::format("the imports form a cycle: {} imports this file, itself or through others",
-                               documents::quote(sources_.names[file])));
+                               documents::quote_path(sources_.names[file])));
       } else if (states[file] == State::fresh) {
         states[file] = State::open;
         path.push_back({file});

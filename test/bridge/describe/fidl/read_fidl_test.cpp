@@ -639,3 +639,9 @@ TEST(ReadFidl, SaysOnceThatAFileIsUtf16) {
 
 }  // namespace
 }  // namespace trestle::describe
+TEST(ReadFidl, NamesAMissingImportInFull) {
+  const std::string name = "/a/" + std::string(70, 'x') + "/J.fdepl";
+  EXPECT_THAT(told(read({{"I.fdepl", std::string{v2} + "import \"" + name + "\""}}, {"I.fdepl"})),
+              ElementsAre("I.fdepl:2:1: error: '" + name + "' cannot be read: there is no such file"));
+}
+
