@@ -199,6 +199,44 @@ TEST(ReadVsomeip, TakesTemplatesWithAWarning) {
   EXPECT_THAT(reading.model.services, SizeIs(1));
 }
 
+TEST(ReadVsomeip, TakesWhatIsStillToBeFilledInAsNotGiven) {
+  const Reading reading = read_one(R"({
+"services": [{"service": 1, "instance": "@INSTANCE@", "reliable": {"port": "${TCP}"}, "unreliable": "__UDP__",
+"events": [{"event": "0x8001", "is_field": "__IS_FIELD__", "update-cycle": "@CYCLE@"}]}],
+"service-discovery": {"port": "__SD_PORT__"}})");
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre(
+          "config/car.json:2:41: warning: an instance id is still to be filled in: '@INSTANCE@'",
+          "config/car.json:2:76: warning: a TCP port is still to be filled in: '${TCP}'",
+          "config/car.json:2:101: warning: a UDP port is still to be filled in: '__UDP__'",
+          "config/car.json:3:44: warning: true or false is still to be filled in: '__IS_FIELD__'",
+          "config/car.json:3:76: warning: a cycle in milliseconds is still to be filled in: '@CYCLE@'",
+          "config/car.json:4:31: warning: the port of service discovery is still to be filled in: "
+          "'__SD_PORT__'"));
+  ASSERT_THAT(reading.model.instances, SizeIs(1));
+  EXPECT_EQ(reading.model.instances[0].id, std::nullopt);
+  EXPECT_EQ(reading.model.instances[0].udp_port, std::nullopt);
+  EXPECT_THAT(
+      told(read_one(R"({"services": [{"service": "__ID__", "instance": 1}]})")),
+      ElementsAre("config/car.json:1:27: error: expected a service id, which is still to be filled in: "
+                  "'__ID__'"));
+  EXPECT_FALSE(read_one(R"({"services": [{"service": 1, "instance": 1, "unreliable": "__"}]})").ok());
+}
+
+TEST(ReadVsomeip, TakesTheInstanceId0AsNotGiven) {
+  const Reading reading =
+      read_one(R"({"services": [{"service": 1, "instance": "0x0"}, {"service": 1, "instance": 0}],
+"clients": [{"service": 2, "instance": 0}]})");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              testing::Each(testing::HasSubstr(
+                  "warning: the instance id 0, which no instance can have, counts as not given")));
+  ASSERT_THAT(reading.model.instances, SizeIs(3));
+  EXPECT_EQ(reading.model.instances[0].id, std::nullopt);
+  EXPECT_EQ(reading.model.instances[2].id, std::nullopt);
+}
+
 TEST(ReadVsomeip, KnowsPlaceholdersFromMistypedAddresses) {
   for (const char* placeholder :
        {"XXX.XXX.XXX.XXX", "__HOST_IP__", "UNICAST_PLACEHOLDER", "${IP}", "<address>"}) {

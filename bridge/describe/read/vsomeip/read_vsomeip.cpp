@@ -17,7 +17,7 @@ namespace {
 
 /// "@IP@", "__HOST_IP__", "XXX.XXX.XXX.XXX": a template that a script fills in. A mistyped address has
 /// nothing but hexadecimal digits between its separators.
-bool is_placeholder(std::string_view text) {
+bool is_address_placeholder(std::string_view text) {
   return std::ranges::any_of(text, [](char c) {
     const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
     const bool is_digit = (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
@@ -54,9 +54,39 @@ void VsomeipReader::warning(const JsonNode& node, std::string text) {
   problems_->warning(node.mark, std::move(text));
 }
 
+bool VsomeipReader::is_placeholder(const JsonNode* node) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 3> marks{
+      std::pair{"__", "__"}, std::pair{"${", "}"}, std::pair{"@", "@"}};
+  if (node == nullptr || node->kind != JsonNode::Kind::string) {
+    return false;
+  }
+  const std::string_view text = messages::trimmed(node->text);
+  return std::ranges::any_of(marks, [&](const auto& mark) {
+    return text.size() > mark.first.size() + mark.second.size() && text.starts_with(mark.first) &&
+           text.ends_with(mark.second);
+  });
+}
+
+bool VsomeipReader::to_be_filled_in(const JsonNode& node, const std::string& what) {
+  if (!is_placeholder(&node)) {
+    return false;
+  }
+  warning(node, what + " is still to be filled in: " + documents::quote(node.text));
+  return true;
+}
+
+std::optional<someip::InstanceId> VsomeipReader::instance_id(const JsonNode* node, std::uint16_t max) {
+  if (node != nullptr && node->is_scalar() && whole(messages::trimmed(node->text)) == 0) {
+    warning(*node, "the instance id 0, which no instance can have, counts as not given");
+    return std::nullopt;
+  }
+  const auto number = this->number(node, "an instance id", 1, max);
+  return number ? std::optional{static_cast<someip::InstanceId>(*number)} : std::nullopt;
+}
+
 std::optional<std::uint64_t> VsomeipReader::number(const JsonNode* node, const std::string& what,
                                                    std::uint64_t min, std::uint64_t max) {
-  if (node == nullptr) {
+  if (node == nullptr || to_be_filled_in(*node, what)) {
     return std::nullopt;
   }
   const auto number = node->is_scalar() ? whole(messages::trimmed(node->text)) : std::nullopt;
@@ -76,7 +106,7 @@ std::optional<std::uint16_t> VsomeipReader::port(const JsonNode* node, const std
 }
 
 bool VsomeipReader::truth(const JsonNode* node, bool otherwise) {
-  if (node == nullptr) {
+  if (node == nullptr || to_be_filled_in(*node, "true or false")) {
     return otherwise;
   }
   if (!node->is_scalar() || (node->text != "true" && node->text != "false")) {
@@ -98,7 +128,7 @@ std::optional<IpAddress> VsomeipReader::address(const JsonNode* node, const std:
       warning(*node, "vsomeip accepts only addresses: 'localhost' is read as 127.0.0.1");
       return IpAddress::v4(127, 0, 0, 1);
     }
-    if (is_placeholder(node->text)) {  // the rest of the file is worth reading
+    if (is_address_placeholder(node->text)) {  // the rest of the file is worth reading
       warning(*node, what + " is still to be filled in: " + documents::quote(node->text));
       return std::nullopt;
     }
@@ -247,7 +277,7 @@ void VsomeipReader::client(const JsonNode& node) {
     return;  // ranges of ports for all services
   }
   const auto service_id = id<someip::ServiceId>(node.find("service"), "a service id");
-  const auto instance_id = number(node.find("instance"), "an instance id", 1, 0xffff);
+  const auto instance_id = this->instance_id(node.find("instance"), 0xffff);
   if (!service_id) {
     return;
   }
@@ -255,9 +285,9 @@ void VsomeipReader::client(const JsonNode& node) {
                     .service = model_.services[service_of(*service_id, node)].name,
                     .service_id = service_id,
                     .place = place(node)};
-  if (instance_id && *instance_id != 0xffff) {
-    instance.id = static_cast<someip::InstanceId>(*instance_id);
-    instance.name = fmt::format("instance_{:04x}", *instance_id);
+  if (instance_id && *instance_id != someip::any_instance) {
+    instance.id = instance_id;
+    instance.name = fmt::format("instance_{:04x}", someip::value(*instance_id));
   }
   if (required_.insert({*service_id, instance.id}).second) {
     model_.instances.push_back(std::move(instance));

@@ -28,22 +28,22 @@ void VsomeipReader::service(const JsonNode& node) {
     return;
   }
   const auto service_id = id<someip::ServiceId>(service_node, "a service id");
-  const auto instance_id = id<someip::InstanceId>(instance_node, "an instance id");
-  if (!service_id || !instance_id) {
+  const auto instance_id = this->instance_id(instance_node, 0xfffe);
+  if (!service_id) {
     return;
   }
   if (const JsonNode* protocol = node.find("protocol"); protocol != nullptr && protocol->text != "someip") {
     warning(*protocol, "a service of another protocol than \"someip\" is left out");
     return;
   }
-  if (!provided_.insert({*service_id, instance_id}).second) {
+  if (instance_id && !provided_.insert({*service_id, instance_id}).second) {
     warning(node, fmt::format("a second description of instance 0x{:04x} of service 0x{:04x} is left out, "
                               "as vsomeip does",
                               someip::value(*instance_id), someip::value(*service_id)));
     return;
   }
   const std::size_t at = service_of(*service_id, node);
-  Instance instance{.name = fmt::format("instance_{:04x}", someip::value(*instance_id)),
+  Instance instance{.name = instance_id ? fmt::format("instance_{:04x}", someip::value(*instance_id)) : "",
                     .service = model_.services[at].name,
                     .service_id = service_id,
                     .id = instance_id,

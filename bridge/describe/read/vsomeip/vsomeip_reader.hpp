@@ -60,13 +60,24 @@ class VsomeipReader {
   // How values are written.
   /// A number as vsomeip writes them, in decimal or with 0x in front; nothing for other texts.
   [[nodiscard]] static std::optional<std::uint64_t> whole(std::string_view text);
+  /// "__PORT__", "${PORT}", "@PORT@": a script fills it in.
+  [[nodiscard]] static bool is_placeholder(const JsonNode* node);
+  /// With a warning about a placeholder, which counts as not given.
+  [[nodiscard]] bool to_be_filled_in(const JsonNode& node, const std::string& what);
   [[nodiscard]] std::optional<std::uint64_t> number(const JsonNode* node, const std::string& what,
                                                     std::uint64_t min, std::uint64_t max);
+  /// An id that is needed: a placeholder for it is an error.
   template <typename Id>
   [[nodiscard]] std::optional<Id> id(const JsonNode* node, const std::string& what) {
+    if (is_placeholder(node)) {
+      error(*node, "expected " + what + ", which is still to be filled in: " + documents::quote(node->text));
+      return std::nullopt;
+    }
     const auto number = this->number(node, what, 1, 0xfffe);
     return number ? std::optional{static_cast<Id>(*number)} : std::nullopt;
   }
+  /// An instance id, which may be missing: 0 and a placeholder stand for that, with a warning.
+  [[nodiscard]] std::optional<someip::InstanceId> instance_id(const JsonNode* node, std::uint16_t max);
   [[nodiscard]] std::optional<std::uint16_t> port(const JsonNode* node, const std::string& what);
   [[nodiscard]] bool truth(const JsonNode* node, bool otherwise);
   [[nodiscard]] std::optional<IpAddress> address(const JsonNode* node, const std::string& what);
