@@ -98,6 +98,9 @@ std::optional<std::int64_t> Types::whole(const Expression& expression, const Sco
                  : value;
     }
     case Expression::Kind::unary: {
+      if (const Used part = part_named(expression, scope, deep); part.expression != nullptr) {
+        return whole(*part.expression, *part.scope, deep + 1);
+      }
       const auto value = expression.text == "-" ? whole(expression.parts[0], scope, deep + 1) : std::nullopt;
       return value ? std::optional{static_cast<std::int64_t>(0 - static_cast<std::uint64_t>(*value))}
                    : std::nullopt;
@@ -151,6 +154,38 @@ const Constantlike* Types::constant_of(const Expression& expression, const Scope
   return found == nullptr || found->constant == nullptr ? nullptr : found;
 }
 
+/// What constants and their parts, "a", "a->b" and "a->b->c", are declared as in the end; null: nothing.
+Types::Used Types::meant(const Expression& expression, const Scope& scope, int deep) {
+  if (deep > deepest_expression) {
+    return {};
+  }
+  if (expression.kind == Expression::Kind::name) {
+    const Constantlike* const found = constant_of(expression, scope);
+    return found == nullptr ? Used{&expression, &scope}
+                            : meant(found->constant->value, found->scope, deep + 1);
+  }
+  if (expression.kind == Expression::Kind::unary && expression.text == "->") {
+    return part_of(meant(expression.parts[0], scope, deep + 1), expression.names[0].text, deep);
+  }
+  return {&expression, &scope};
+}
+
+Types::Used Types::part_of(const Used& whole, std::string_view field, int deep) {
+  if (whole.expression == nullptr || whole.expression->kind != Expression::Kind::compound) {
+    return {};
+  }
+  const std::vector<Name>& names = whole.expression->names;
+  const auto found = std::ranges::find(names, field, &Name::text);
+  const auto at = static_cast<std::size_t>(found - names.begin());
+  return at < whole.expression->parts.size() ? meant(whole.expression->parts[at], *whole.scope, deep + 1)
+                                             : Used{};
+}
+
+/// Of "a->b"; null for anything else.
+Types::Used Types::part_named(const Expression& expression, const Scope& scope, int deep) {
+  return expression.text == "->" ? meant(expression, scope, deep) : Used{};
+}
+
 /// A number of which a part may be a real one.
 std::optional<double> Types::real(const Expression& expression, const Scope& scope, int deep) {
   if (deep > deepest_expression) {
@@ -164,6 +199,9 @@ std::optional<double> Types::real(const Expression& expression, const Scope& sco
       return error == std::errc{} && stop == end ? std::optional{number} : std::nullopt;
     }
     case Expression::Kind::unary: {
+      if (const Used part = part_named(expression, scope, deep); part.expression != nullptr) {
+        return real(*part.expression, *part.scope, deep + 1);
+      }
       const auto number = expression.text == "-" ? real(expression.parts[0], scope, deep + 1) : std::nullopt;
       return number ? std::optional{-*number} : std::nullopt;
     }
@@ -215,6 +253,9 @@ std::optional<bool> Types::truth(const Expression& expression, const Scope& scop
       return found == nullptr ? std::nullopt : truth(found->constant->value, found->scope, deep + 1);
     }
     case Expression::Kind::unary: {
+      if (const Used named = part_named(expression, scope, deep); named.expression != nullptr) {
+        return truth(*named.expression, *named.scope, deep + 1);
+      }
       const auto value = sign == "!" ? part(0) : std::nullopt;
       return value ? std::optional{!*value} : std::nullopt;
     }
@@ -263,6 +304,9 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
     case Expression::Kind::text:
       return json_text(expression.text);
     case Expression::Kind::unary:
+      if (const Used part = part_named(expression, scope, deep); part.expression != nullptr) {
+        return constant_text(*part.expression, *part.scope, deep + 1);
+      }
       if (expression.text == "-" && expression.parts[0].kind == Expression::Kind::real) {
         return "-" + expression.parts[0].text;
       }

@@ -593,11 +593,11 @@ Expression FidlParser::primary(int deep) {
     one.kind = Expression::Kind::name;
     one.text = at_.dotted("a value").text;
   }
-  // A part of a constant, which is not computed.
+  // A part of a constant.
   for (int parts = 0; at_.at("->") && !too_deep(++parts);) {
     Expression part{
         .kind = Expression::Kind::unary, .text = std::string{at_.take().text}, .place = one.place};
-    (void)at_.dotted("the name of a field");
+    part.names.push_back(at_.dotted("the name of a field"));
     part.parts.push_back(std::move(one));
     one = std::move(part);
   }

@@ -26,7 +26,7 @@ struct Expression {
   std::string text{};  ///< number, name, operator …; of a part of a compound its field stands in `names`
   Place place{};
   std::vector<Expression> parts{};  ///< operands; of a bracket: key, value, key, value … if `pairs`
-  std::vector<Name> names{};        ///< compound: of each part
+  std::vector<Name> names{};        ///< compound: of each part; of "->": the field
   bool pairs = false;
 };
 

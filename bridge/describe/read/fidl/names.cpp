@@ -17,6 +17,8 @@ namespace {
 constexpr std::size_t most_hints = 3000;
 /// Members that interfaces have of those that they extend, of all interfaces together.
 constexpr std::size_t most_inherited = 200'000;
+/// Enumerations that extend each other, where a name is looked for.
+constexpr int most_bases = 50;
 
 std::string joined(std::string_view scope, std::string_view name) {
   return scope.empty() || name.empty() ? std::string{scope} + std::string{name}
@@ -425,8 +427,35 @@ const Collection* Names::interface(const Name& name, const Scope& scope) {
 const Constantlike* Names::value(std::string_view name, const Scope& scope) const {
   for (const std::string& candidate : candidates(name, scope)) {
     const auto found = values_.find(candidate);
-    if (found != values_.end()) {
-      return &found->second;
+    const Constantlike* const value = found == values_.end() ? inherited(candidate) : &found->second;
+    if (value != nullptr) {
+      return value;
+    }
+  }
+  return nullptr;
+}
+
+const Constantlike* Names::inherited(const std::string& name) const {
+  const std::size_t dot = name.rfind('.');
+  if (dot == std::string::npos) {
+    return nullptr;
+  }
+  auto type = types_by_name_.find(name.substr(0, dot));
+  for (int deep = 0; deep < most_bases && type != types_by_name_.end(); ++deep) {
+    const Declared& declared = *type->second;
+    const std::string_view base = declared.tree->base.text;
+    type = types_by_name_.end();
+    if (declared.tree->kind != Kind::enumeration || base.empty()) {
+      break;
+    }
+    for (const std::string& candidate : candidates(base, declared.scope)) {
+      type = type == types_by_name_.end() ? types_by_name_.find(candidate) : type;
+    }
+    if (type != types_by_name_.end()) {
+      const auto value = values_.find(type->first + name.substr(dot));
+      if (value != values_.end()) {
+        return &value->second;
+      }
     }
   }
   return nullptr;

@@ -71,6 +71,8 @@ class Names {
   void deploy();
   void deploy(const Node& node, const FdeplTree& tree);
   void attach();
+  /// "a.b.E2.C" may be an enumerator of what E2 extends. Null if it is not.
+  [[nodiscard]] const Constantlike* inherited(const std::string& name) const;
   [[nodiscard]] std::vector<std::string> candidates(std::string_view name, const Scope& scope) const;
 
   const Sources& sources_;

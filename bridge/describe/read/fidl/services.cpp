@@ -41,8 +41,8 @@ class Maker {
   void payload(Payload& into, const std::vector<Variable>& variables, const Collection& from,
                const Node* arguments, int version);
   void rules(Payload& into, const Node* node, const char* stem);
-  template <typename Member, typename Arguments>
-  void tell_apart(std::vector<Member>& members, const Arguments& arguments, const char* what);
+  template <typename Member, typename Same>
+  void tell_apart(std::vector<Member>& members, const Same& same, const char* what);
   void check_names(const Service& service);
   void check_targets(const Collection& collection);
   void check_ids(const Service& service);
@@ -168,10 +168,18 @@ void Maker::service(const Collection& collection) {
   for (const Collection* from : collection.line) {
     members(service, *from, collection);
   }
+  const auto same = [](const Payload& one, const Payload& other) {
+    return std::ranges::equal(one.values, other.values, {}, &Value::type, &Value::type);
+  };
   tell_apart(
-      service.methods, [](const Method& one) -> const auto& { return one.request.values; }, "method");
+      service.methods,
+      [&](const Method& one, const Method& other) {
+        return same(one.request, other.request) && same(one.response, other.response);
+      },
+      "method");
   tell_apart(
-      service.events, [](const Event& one) -> const auto& { return one.payload.values; }, "broadcast");
+      service.events, [&](const Event& one, const Event& other) { return same(one.payload, other.payload); },
+      "broadcast");
   std::set<someip::EventgroupId> groups;
   for (const someip::EventgroupId group : eventgroups(collection.node, {"SomeIpEventGroups"})) {
     groups.insert(group);
@@ -504,17 +512,16 @@ void Maker::instance(const Node& node) {
 
 /// Franca takes members of one name that differ in their arguments alone. Here each needs a name of its own,
 /// so they get selectors.
-template <typename Member, typename Arguments>
-void Maker::tell_apart(std::vector<Member>& members, const Arguments& arguments, const char* what) {
+/// @param same  whether two members have the same arguments.
+template <typename Member, typename Same>
+void Maker::tell_apart(std::vector<Member>& members, const Same& same, const char* what) {
   std::map<std::string, std::vector<const Member*>, std::less<>> without;
   for (Member& one : members) {
     if (!one.selector.empty()) {
       continue;
     }
     std::vector<const Member*>& others = without[one.name];
-    const bool is_twin = std::ranges::any_of(others, [&](const Member* other) {
-      return std::ranges::equal(arguments(*other), arguments(one), {}, &Value::type, &Value::type);
-    });
+    const bool is_twin = std::ranges::any_of(others, [&](const Member* other) { return same(*other, one); });
     if (is_twin || others.size() >= 100) {
       continue;  // refused below
     }

@@ -64,6 +64,14 @@ class Types {
   [[nodiscard]] std::optional<std::int64_t> whole(const Expression& expression, const Scope& scope,
                                                   int deep = 0);
   [[nodiscard]] const Constantlike* constant_of(const Expression& expression, const Scope& scope);
+  /// An expression and where its names are used.
+  struct Used {
+    const Expression* expression = nullptr;
+    const Scope* scope = nullptr;
+  };
+  [[nodiscard]] Used meant(const Expression& expression, const Scope& scope, int deep);
+  [[nodiscard]] Used part_named(const Expression& expression, const Scope& scope, int deep);
+  [[nodiscard]] Used part_of(const Used& whole, std::string_view field, int deep);
   [[nodiscard]] std::optional<double> real(const Expression& expression, const Scope& scope, int deep = 0);
   [[nodiscard]] std::optional<bool> truth(const Expression& expression, const Scope& scope, int deep = 0);
   [[nodiscard]] std::string constant_text(const Expression& expression, const Scope& scope, int deep = 0);

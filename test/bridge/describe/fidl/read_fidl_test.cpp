@@ -500,6 +500,9 @@ TEST(ReadFidl, TellsMembersApartThatDifferInTheirArgumentsAlone) {
   EXPECT_EQ(service.methods.at(0).selector, "");
   EXPECT_EQ(service.methods.at(1).selector, "overload2");
   EXPECT_EQ(service.events.at(1).selector, "overload2");
+  const Reading by_result = deployed("method get { out { UInt8 a } } method get { out { String a } }", "");
+  EXPECT_THAT(told(by_result), ElementsAre(HasSubstr("warning: the method 'get' is there twice")));
+  EXPECT_EQ(by_result.model.services.at(0).methods.at(1).selector, "overload2");
   EXPECT_THAT(told(deployed("method open { in { UInt8 a } } method open { in { UInt8 b } }", "")),
               ElementsAre(HasSubstr("error: 'I' has the method 'open' twice")));
 }
@@ -558,6 +561,69 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
               ::testing::Contains(HasSubstr("cannot be computed")));
 }
 
+TEST(ReadFidl, FindsAnInheritedEnumeratorByTheNameOfTheDerived) {
+  const Reading reading = read({{"A.fidl", R"(package a typeCollection T {
+    enumeration E1 { A B C }
+    enumeration E2 extends E1 { D = 10 }
+    enumeration E3 extends E2 { F = C + 20 }
+    const E1 c = E3.C
+    const E2 d = E3.D
+    const E3 f = E3.F
+    const E1 none = E3.X
+    const E1 no_type = c.C
+    enumeration R1 extends R2 { } enumeration R2 extends R1 { } const R1 r = R1.A })"}},
+                               {"A.fidl"});
+  std::map<std::string, std::string> values;
+  for (const Constant& one : reading.model.constants) {
+    values[one.name] = one.value;
+  }
+  EXPECT_EQ(values["c"], "2");
+  EXPECT_EQ(values["d"], "10");
+  EXPECT_EQ(values["f"], "22");
+  EXPECT_THAT(told(reading), AllOf(Contains(HasSubstr("'E3.X' is not known here")),
+                                   Contains(HasSubstr("'c.C' is not known here")),
+                                   Contains(HasSubstr("'R1.A' is not known here"))));
+}
+
+TEST(ReadFidl, ComputesWithPartsOfConstants) {
+  const Reading reading = read({{"A.fidl", R"(package a typeCollection T {
+    struct P { UInt8 e1 String e2 Boolean e3 Double e4 }
+    struct Q { P p UInt8 e5 }
+    const UInt16 x = 123
+    const P p = { e1 : 5, e2 : "two", e3 : true, e4 : 0.5d }
+    const Q q = { p : p, e5 : x }
+    enumeration E { A = p->e1 + x B = q->p->e1 C = q->e5 }
+    const String s = p->e2
+    const Boolean b = !p->e3
+    const Double d = q->p->e4 * 3
+    const P copy = q->p
+    const UInt8 none = p->e9 })"}},
+                               {"A.fidl"});
+  std::map<std::string, std::string> values;
+  for (const Constant& one : reading.model.constants) {
+    values[one.name] = one.value;
+  }
+  EXPECT_EQ(values["s"], "\"two\"");
+  EXPECT_EQ(values["b"], "false");
+  EXPECT_EQ(values["d"], "1.5");
+  EXPECT_EQ(values["copy"], values["p"]);
+  EXPECT_THAT(told(reading), ElementsAre(HasSubstr("warning: the value of the constant cannot be computed")));
+  const auto is_e = [](const Type& one) { return one.kind == Kind::enumeration; };
+  const auto e = std::ranges::find_if(reading.model.types, is_e);
+  ASSERT_NE(e, reading.model.types.end());
+  ASSERT_THAT(e->enumerators, SizeIs(3));
+  EXPECT_EQ(e->enumerators[0].value, 128);
+  EXPECT_EQ(e->enumerators[1].value, 5);
+  EXPECT_EQ(e->enumerators[2].value, 123);
+}
+
+TEST(ReadFidl, EndsSoonWithPartsOfConstantsThatGoRound) {
+  EXPECT_FALSE(told(read({{"A.fidl", R"(package a typeCollection T { struct P { UInt8 a P b }
+    const P p = { a : p->a + p->b->a, b : { a : p->a, b : p->b } } })"}},
+                         {"A.fidl"}))
+                   .empty());
+}
+
 TEST(ReadFidl, TellsAllErrorsOfAFileAtOnce) {
   EXPECT_THAT(problems("attribute UInt8\nstruct S { 7 }\nmethod m { in { x } }\nattribute Nothing n", ""),
               SizeIs(4));
@@ -581,6 +647,12 @@ TEST(ReadFidl, TellsOfImportsThatAreMissingOrGoRound) {
                          {"B.fidl", "package p import model \"A.fidl\""}},
                         {"A.fidl"})),
               ElementsAre(HasSubstr("B.fidl:1:11: warning: the imports form a cycle")));
+}
+
+TEST(ReadFidl, NamesAMissingImportInFull) {
+  const std::string name = "/a/" + std::string(70, 'x') + "/J.fdepl";
+  EXPECT_THAT(told(read({{"I.fdepl", std::string{v2} + "import \"" + name + "\""}}, {"I.fdepl"})),
+              ElementsAre("I.fdepl:2:1: error: '" + name + "' cannot be read: there is no such file"));
 }
 
 TEST(ReadFidl, TellsOfInterfacesThatGoRound) {
@@ -639,9 +711,3 @@ TEST(ReadFidl, SaysOnceThatAFileIsUtf16) {
 
 }  // namespace
 }  // namespace trestle::describe
-TEST(ReadFidl, NamesAMissingImportInFull) {
-  const std::string name = "/a/" + std::string(70, 'x') + "/J.fdepl";
-  EXPECT_THAT(told(read({{"I.fdepl", std::string{v2} + "import \"" + name + "\""}}, {"I.fdepl"})),
-              ElementsAre("I.fdepl:2:1: error: '" + name + "' cannot be read: there is no such file"));
-}
-
