@@ -455,7 +455,8 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   for (const documents::Problem& problem : unreadable) {
     problems.error(mark, fmt::format("interfaces: {} {}", documents::quote_path(problem.file), problem.text));
   }
-  if (problems.has_errors()) {
+  // What is wrong with the others is told as well, but where nothing is there, no more is to be said.
+  if (problems.has_errors() && sources.empty()) {
     applied.good = false;
     return applied;
   }
@@ -466,6 +467,8 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   of_interfaces = system.problems;
   if (!system.good) {
     problems.error(mark, "interfaces: are not good");
+  }
+  if (problems.has_errors()) {
     applied.good = false;
     return applied;
   }

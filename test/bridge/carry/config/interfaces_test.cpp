@@ -210,6 +210,21 @@ TEST_F(InterfacesTest, SayWhereTheyAreWrong) {
   EXPECT_THAT(text, HasSubstr("Door.fidl:3:13: error:"));
 }
 
+TEST_F(InterfacesTest, SayWhatIsWrongWithEachFileAtOnce) {
+  write("Bad.fidl", "package car\ninterface Bad {\n  attribute Unknown x\n}\n");
+  write("Cut.arxml", "<AUTOSAR xmlns=\"http://autosar.org/schema/r4.0\"><AR-PACKAGES>");
+  const std::string text = errors("interfaces: [Bad.fidl, Cut.arxml, none.arxml]\ngenerate: all\n");
+  EXPECT_THAT(text, HasSubstr("none.arxml' cannot be read: No such file or directory"));
+  EXPECT_THAT(text, HasSubstr("Bad.fidl:3:13: error:"));
+  EXPECT_THAT(text, HasSubstr("Cut.arxml:1:"));
+}
+
+TEST_F(InterfacesTest, NameAMissingFileInFull) {
+  const std::string name = std::string(70, 'x') + ".fidl";
+  EXPECT_THAT(errors("interfaces: [" + name + "]\ngenerate: all\n"),
+              HasSubstr(name + "' cannot be read: No such file or directory"));
+}
+
 TEST_F(InterfacesTest, SayWhatTheyDoNotHave) {
   const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
   EXPECT_THAT(
