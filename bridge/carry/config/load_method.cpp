@@ -54,7 +54,8 @@ void load_calls(Element& element, MethodRoute& method, documents::Problems& prob
       element.has("server") && !is_offered) {
     problems.error(element.use_mark("offer"), "offer: is for " + where);
   }
-  load_version(element, method.server == Server::someip, method.major, method.minor);
+  load_version(element, method.server == Server::someip || !element.has("server"), method.major,
+               method.minor);
   load_from_bridges(element, is_offered || !element.has("server"), where, method.from_bridges, problems);
   if (load_peers(element, method.peers, problems)) {
     element.note("peers");

@@ -131,7 +131,10 @@ void load_carriage(Element& element, Route& route, documents::Problems& problems
   } else {
     element.read_good("port", port_number(), route.port);
   }
-  load_version(element, route.direction == Direction::someip_to_dds, route.major, route.minor);
+  // Where the direction has an error, `minor` is judged as either allows: the interfaces may have put it
+  // there.
+  load_version(element, route.direction == Direction::someip_to_dds || !element.has("direction"), route.major,
+               route.minor);
   if (const YAML::Node wire = element.child("wire")) {
     messages::load_wire(wire, route.rules, problems);
   }

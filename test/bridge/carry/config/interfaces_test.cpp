@@ -219,6 +219,14 @@ TEST_F(InterfacesTest, SayWhatIsWrongWithEachFileAtOnce) {
   EXPECT_THAT(text, HasSubstr("Cut.arxml:1:"));
 }
 
+TEST_F(InterfacesTest, SayOnlyThatADirectionIsWrong) {
+  const std::string begin = "interfaces: [Door.fidl, Door.fdepl]\n";
+  EXPECT_THAT(errors(begin + "routes: [{someip: Door.moved, direction: to_dds}]\n"),
+              testing::AllOf(HasSubstr("direction: expected one of"), testing::Not(HasSubstr("minor"))));
+  EXPECT_THAT(errors(begin + "methods: [{someip: Door.open, server: dds}]\n"),
+              testing::AllOf(HasSubstr("server: expected one of"), testing::Not(HasSubstr("minor"))));
+}
+
 TEST_F(InterfacesTest, NameAMissingFileInFull) {
   const std::string name = std::string(70, 'x') + ".fidl";
   EXPECT_THAT(errors("interfaces: [" + name + "]\ngenerate: all\n"),
