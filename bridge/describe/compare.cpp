@@ -12,6 +12,7 @@
 
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/load_e2e.hpp"
+#include "bridge/describe/ros_names.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -158,6 +159,37 @@ std::string spelled_alike(const Service& service) {
 bool has_same_name(const Service& old, const Service& now) {
   return spelled_alike(old) == spelled_alike(now) ||
          dotted(full_name(old.scope, old.name)) == dotted(full_name(now.scope, now.name));
+}
+
+/// Names of members, as ROS spells them.
+std::set<std::string> names_of_members(const Service& service) {
+  std::set<std::string> names;
+  const auto add = [&](const auto& members) {
+    for (const auto& member : members) {
+      names.insert(ros_field_name(member.name));
+    }
+  };
+  add(service.methods);
+  add(service.events);
+  add(service.fields);
+  return names;
+}
+
+/// Most of the members of each are in the other.
+bool have_same_members(const Service& old, const Service& now) {
+  const std::set<std::string> before = names_of_members(old);
+  const std::set<std::string> after = names_of_members(now);
+  const auto common = static_cast<std::size_t>(
+      std::ranges::count_if(before, [&](const std::string& name) { return after.contains(name); }));
+  return common > 0 && 2 * common > std::max(before.size(), after.size());
+}
+
+/// A route file has the names of ROS, without packages of interfaces.
+bool is_of_routes(const Service& service) {
+  const auto has_ros_name = [](const auto& member) { return !member.ros_name.empty(); };
+  return !service.from_ros && (std::ranges::any_of(service.methods, has_ros_name) ||
+                               std::ranges::any_of(service.events, has_ros_name) ||
+                               std::ranges::any_of(service.fields, has_ros_name));
 }
 
 bool is_unknown(const Method& method) {
@@ -451,6 +483,7 @@ class Comparison {
                      return service.id ? std::optional{std::pair{*service.id, service.major}} : std::nullopt;
                    },
                    [](const Service& service) { return service.id; }};
+    pair_without_ids(services.removed, services.added, services.both);
     for (const auto& [old, now] : services.both) {
       compare(*old, *now);
     }
@@ -470,10 +503,44 @@ class Comparison {
   }
 
  private:
+  using ServiceList = std::vector<const Service*>;
+
+  /// Where one side alone has an id for a service, the other one is found by the last part of its name, else
+  /// by what it has in it: a route file knows no packages.
+  static void pair_without_ids(ServiceList& removed, ServiceList& added,
+                               std::vector<std::pair<const Service*, const Service*>>& both) {
+    constexpr std::size_t most = 1'000'000;  // each is compared with each
+    const auto pair_where = [&](const auto& is_same) {
+      if (added.size() > most / std::max<std::size_t>(removed.size(), 1)) {
+        return;
+      }
+      for (const Service*& old : removed) {
+        const auto found = std::ranges::find_if(added, [&](const Service* now) {
+          return old->id.has_value() != now->id.has_value() && is_same(*old, *now);
+        });
+        if (found != added.end()) {
+          both.emplace_back(old, *found);
+          added.erase(found);
+          old = nullptr;
+        }
+      }
+      std::erase(removed, nullptr);
+    };
+    pair_where([](const Service& old, const Service& now) { return old.name == now.name; });
+    pair_where(have_same_members);
+  }
+
   void add(std::string_view id, std::string element, std::string before, std::string after, Place old_place,
            Place new_place) {
     changes_.push_back(
         {&rule(id), std::move(element), std::move(before), std::move(after), old_place, new_place});
+  }
+  /// When the two differ, but for how ROS spells names where one side is a route file.
+  void renamed(std::string_view id, const std::string& element, const std::string& before,
+               const std::string& after, Place old_place, Place new_place) {
+    if (!ros_names_ || ros_field_name(before) != ros_field_name(after)) {
+      differs(id, element, before, after, old_place, new_place);
+    }
   }
   /// When the two differ.
   void differs(std::string_view id, const std::string& element, std::string before, std::string after,
@@ -505,6 +572,8 @@ class Comparison {
     // Who has ids alone may have the methods and events of the other one's fields by themselves.
     const bool old_has_less = was.ids_alone && (!is.ids_alone || is_of_capture(old));
     const bool new_has_less = is.ids_alone && (!was.ids_alone || is_of_capture(now));
+    one_has_ids_ = old.id.has_value() != now.id.has_value();
+    ros_names_ = one_has_ids_ && (is_of_routes(old) || is_of_routes(now));
     const std::string& name = is.names ? now.name : old.name;
     compare(name, old_has_less ? with_fields(old, now) : old, new_has_less ? with_fields(now, old) : now);
   }
@@ -522,7 +591,7 @@ class Comparison {
   };
 
   void compare(const std::string& name, const Service& old, const Service& now) {
-    if (known_.names && !has_same_name(old, now)) {
+    if (known_.names && !has_same_name(old, now) && !(ros_names_ && old.name == now.name)) {
       differs("service-renamed", name, full_name(old.scope, old.name), full_name(now.scope, now.name),
               old.place, now.place);
     }
@@ -543,11 +612,14 @@ class Comparison {
   template <typename Member, typename Id>
   void members(const std::string& service, const std::string& kind, const std::vector<Member>& old,
                const std::vector<Member>& now, Id id) {
-    Pairs pairs{old, now, [](const Member& member) { return member.name; }, id};
+    Pairs pairs{old, now, [](const Member& member) { return member.name; }, id,
+                [this](const Member& member) {
+                  return one_has_ids_ ? std::optional{ros_field_name(member.name)} : std::nullopt;
+                }};
     for (const auto& [before, after] : pairs.both) {
       const std::string element = service + "." + (known_.names || known_.new_members ? after : before)->name;
       if (known_.names) {
-        differs(kind + "-renamed", element, before->name, after->name, before->place, after->place);
+        renamed(kind + "-renamed", element, before->name, after->name, before->place, after->place);
       }
       compare(element, *before, *after);
     }
@@ -781,7 +853,7 @@ class Comparison {
     const std::size_t common = std::min(old.size(), now.size());
     for (std::size_t i = 0; i < common; ++i) {
       const std::string name = path(element, now[i].name);
-      differs("value-renamed", name, old[i].name, now[i].name, old[i].place, now[i].place);
+      renamed("value-renamed", name, old[i].name, now[i].name, old[i].place, now[i].place);
       if (old[i].tag != now[i].tag) {
         add("member-tag", name, text(old[i].tag), text(now[i].tag), old[i].place, now[i].place);
       }
@@ -809,7 +881,7 @@ class Comparison {
                       [](const Value& value) { return value.tag; }};
     for (const auto& [before, after] : pairs.both) {
       const std::string name = path(element, after->name);
-      differs("value-renamed", name, before->name, after->name, before->place, after->place);
+      renamed("value-renamed", name, before->name, after->name, before->place, after->place);
       differs("member-tag", name, text(before->tag), text(after->tag), before->place, after->place);
       if (before->optional != after->optional) {
         const auto word = [](bool optional) { return std::string{optional ? "optional" : "always there"}; };
@@ -1000,7 +1072,7 @@ class Comparison {
                       [](const Alternative& one) { return std::optional{one.selector}; }};
     for (const auto& [was, is] : pairs.both) {
       const std::string name = path(element, is->value.name);
-      differs("value-renamed", name, was->value.name, is->value.name, was->value.place, is->value.place);
+      renamed("value-renamed", name, was->value.name, is->value.name, was->value.place, is->value.place);
       differs("alternative-selector", name, fmt::to_string(was->selector), fmt::to_string(is->selector),
               was->value.place, is->value.place);
       uses(name, was->value, is->value);
@@ -1027,6 +1099,8 @@ class Comparison {
   Known known_{};
   std::vector<Change> changes_{};
   std::map<std::pair<TypeIndex, TypeIndex>, bool> seen_{};  ///< whether always behind a length field
+  bool one_has_ids_ = false;                                ///< of the services that are compared
+  bool ros_names_ = false;       ///< and one of them is of a route file, which has the names of ROS
   bool either_is_seen_ = false;  ///< of the members that are compared, by is_seen()
   std::size_t uses_ = 0;
   std::size_t depth_ = 0;

@@ -521,6 +521,38 @@ TEST(Compare, TakesAnIdThatNobodyGaveForUnknown) {
       ElementsAre("service-id", "method-id", "event-id", "event-eventgroups", "field-id", "field-id"));
 }
 
+TEST(Compare, FindsAServiceWithoutIdByTheLastPartOfItsNameOrItsMembers) {
+  const Model full = door();
+  Model without = full;
+  service(without).id = std::nullopt;
+  service(without).scope = "body";
+  EXPECT_THAT(ids(compare(without, full)), ElementsAre("service-renamed"));
+  EXPECT_THAT(ids(compare(full, without)), ElementsAre("service-renamed"));
+  service(without).name = "Doors";
+  EXPECT_THAT(ids(compare(without, full)), ElementsAre("service-renamed"));
+  // With ids on both sides, or nothing in common, it is another one.
+  Model other = without;
+  service(other).id = someip::ServiceId{0x4321};
+  EXPECT_THAT(ids(compare(other, full)), ElementsAre("service-added", "service-removed"));
+  service(without).methods.clear();
+  service(without).fields.clear();
+  service(without).events.clear();
+  EXPECT_THAT(ids(compare(without, full)), ElementsAre("service-added", "service-removed"));
+}
+
+TEST(Compare, TakesTheNamesOfARouteFileForThoseOfInterfaces) {
+  Model routes = door();
+  service(routes).scope = "door";
+  service(routes).methods[0].ros_name = "/door/open_it";
+  service(routes).methods[0].name = "open_it";
+  Model interfaces = door();
+  service(interfaces).id = std::nullopt;
+  service(interfaces).methods[0].name = "openIt";
+  service(interfaces).methods[0].id = std::nullopt;
+  EXPECT_THAT(compare(interfaces, routes), IsEmpty());
+  EXPECT_THAT(compare(routes, interfaces), IsEmpty());
+}
+
 TEST(Compare, TakesAScopeInTheSpellingOfAnotherLanguageForTheSame) {
   const auto named = [](std::string scope, std::vector<std::string> namespaces = {}) {
     Model model = door();
