@@ -14,6 +14,7 @@
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/other_versions.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
+#include "bridge/messages/values/left_out.hpp"
 #include "sd/net/proxy.hpp"
 
 namespace trestle::inspect {
@@ -169,10 +170,31 @@ std::string names_of_values(const messages::MessageValues& values) {
   return names;
 }
 
+/// Tells which arguments have values that nobody gave.
+void tell_what_is_left_out(const cli::PayloadOptions& payload, const std::string& value, const Bytes& bytes) {
+  // A file may be a pipe, which has been read.
+  if (payload.described() == nullptr || payload.values() == nullptr || value.starts_with('@') ||
+      payload.form() == cli::PayloadOptions::Form::hex) {
+    return;
+  }
+  constexpr std::size_t longest = 20;
+  const auto form = payload.form() == cli::PayloadOptions::Form::json ? messages::ValueForm::json
+                                                                      : messages::ValueForm::yaml;
+  const std::vector<std::string> names = messages::left_out(*payload.values(), value, form);
+  const auto sent = payload.values()->print(bytes, messages::ValueForm::json, {.longest = longest});
+  if (!names.empty() && sent) {
+    cli::Session::warn(fmt::format("{} is left out; sent is {}", fmt::join(names, ", "), *sent));
+  }
+}
+
 /// The payload of the request.
 Bytes payload_of(const CallArguments& options, const cli::PayloadOptions& payload) {
   if (!options.value.empty()) {
-    return payload.parse(options.value);
+    Bytes bytes = payload.parse(options.value);
+    if (!options.quiet) {
+      tell_what_is_left_out(payload, options.value, bytes);
+    }
+    return bytes;
   }
   const auto* const described = payload.described();
   if (described != nullptr && described->content->values) {
@@ -252,7 +274,9 @@ void add_call_command(CLI::App& app, int& status) {
       "request and its response. Uses UDP or TCP, whichever is offered; if both are, TCP for requests that\n"
       "do not fit into a datagram.\n"
       "With --interfaces, SERVICE.METHOD is a name, and values have the names of the description. A field\n"
-      "is read without PAYLOAD and set with one; Door.label.get and Door.label.set say which.\n"
+      "is read without PAYLOAD and set with one; Door.label.get and Door.label.set say which. An argument "
+      "that\n"
+      "PAYLOAD leaves out is sent as zero, which a warning tells (without --quiet).\n"
       "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service, no\n"
       "answer in time, or an answer that is no message of the type; 2 for a wrong command line; 3 when the\n"
       "answer is an error.\n\n"

@@ -112,6 +112,17 @@ class Door(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (0, ""), done.stderr)
             self.assertEqual(offer.line_with("tune"), "tune: ding")
 
+    def test_arguments_that_are_left_out_are_told(self):
+        with Running("offer", 1, "Door", "--method", "open={done: true}", "--udp", *DOOR) as offer:
+            done = run("call", 2, "Door.open", "{speed: FAST}", *DOOR)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn('opening is left out; sent is {"speed": "FAST", "opening": 0}', done.stderr)
+            self.assertEqual(offer.line_with("opening"), "opening: 0")
+            done = run("call", 2, "Door.open", "{speed: FAST, opening: 0}", *DOOR)
+            self.assertNotIn("left out", done.stderr)
+            done = run("call", 2, "Door.open", "{speed: FAST}", "-q", *DOOR)
+            self.assertNotIn("left out", done.stderr)
+
     def test_an_error_of_a_method(self):
         with Running("offer", 1, "Door", "--error", "shut=0x21", "--udp", *DOOR):
             done = run("call", 2, "Door.shut", "{speed: SLOW}", *DOOR)
