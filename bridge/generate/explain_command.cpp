@@ -12,6 +12,7 @@
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/explanation.hpp"
 #include "bridge/generate/generate_commands.hpp"
+#include "bridge/generate/service_explanation.hpp"
 #include "bridge/messages/types/interface_name.hpp"
 
 namespace trestle::generate {
@@ -61,11 +62,23 @@ int run_explain(ExplainArguments& arguments) {
   if (!arguments.values.empty() && values.text.empty()) {
     values.text = "{}";  // an empty file says nothing of any value
   }
+  const auto fail = [](const std::string& why) {
+    const cli::Colours colour = cli::colours_for(STDERR_FILENO);
+    fmt::print(stderr, "{}error:{} {}\n", colour.red, colour.off, why);
+    return cli::exit_usage;
+  };
   const auto explained = explain(system, arguments.element, values.text, values.name);
   if (!explained) {
-    const cli::Colours colour = cli::colours_for(STDERR_FILENO);
-    fmt::print(stderr, "{}error:{} {}\n", colour.red, colour.off, explained.error());
-    return cli::exit_usage;
+    const auto service = explain_service(system, arguments.element);
+    if (!service || !*service) {
+      return fail(service ? explained.error() : service.error());
+    }
+    if (!arguments.values.empty()) {
+      return fail(
+          fmt::format("{} is a service, and values are those of one of its members", (*service)->name));
+    }
+    fmt::print("{}", arguments.json ? to_json_text(**service) : to_text(**service));
+    return cli::exit_ok;
   }
   if (arguments.json) {
     fmt::print("{}", to_json_text(*explained));
@@ -85,7 +98,7 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   CLI::App* command = app.add_subcommand("explain", "Show which bytes of a message belong to which field");
   command
       ->add_option("ELEMENT", arguments->element,
-                   "An event, method or field, such as Door.open or Door.open.response, or a type")
+                   "An event, method or field, such as Door.open or Door.open.response, a type, or a service")
       ->required();
   arguments->sources.add_to(*command);
   command->get_option("SOURCE")->required(false);
@@ -99,10 +112,11 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer(
       "Each line is a range of bytes: offset, size, field, type and rule; with --values also bytes and "
-      "value.\n" +
+      "value. A service is shown with its members, their ids and values.\n" +
       source_forms() +
       "\n\nExamples:\n"
       "  trestle explain Door.open Door.fidl Door.fdepl\n"
+      "  trestle explain Door Door.fidl Door.fdepl\n"
       "  trestle explain Door.moved car.arxml --values '{position: 7}'\n"
       "  trestle explain Door.moved car.arxml --values - < moved.yaml\n"
       "  trestle explain sensor_msgs/msg/PointCloud2 --json\n"

@@ -7,6 +7,7 @@
 
 #include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/describe/sources/sources.hpp"
+#include "bridge/generate/service_explanation.hpp"
 
 namespace trestle::generate {
 namespace {
@@ -191,6 +192,29 @@ TEST(Explain, TellsThePlaceInTheValues) {
   EXPECT_THAT(explain(system, "Door.moved", "side: 1\nangle: 70000\n", "moved.yaml").error(),
               HasSubstr("moved.yaml:2:8: "));
   EXPECT_THAT(explain(system, "Door.moved", "{side: 1", "moved.yaml").error(), HasSubstr("moved.yaml:1:9: "));
+}
+
+TEST(ExplainService, ShowsMembersWithIdsAndValues) {
+  const describe::System system = system_of(
+      std::string{door} + "method ring fireAndForget { in { String[] tunes } }\nattribute UInt8 level\n",
+      "SomeIpServiceID = 0x4711\nmethod open { SomeIpMethodID = 1 }\nmethod ring { SomeIpMethodID = 2 }\n"
+      "broadcast moved { SomeIpEventID = 0x8001 }\nbroadcast chosen { SomeIpEventID = 0x8002 }\n"
+      "attribute level { SomeIpGetterID = 3 SomeIpSetterID = 4 SomeIpNotifierID = 0x8003 }\n");
+  const auto made = explain_service(system, "Door");
+  ASSERT_TRUE(made && *made);
+  EXPECT_EQ(to_text(**made),
+            "car.Door 0x4711, version 1.0:\n"
+            "  method  open    0x0001                                 request(car.Door.Opening opening) "
+            "response(bool done)\n"
+            "  method  ring    0x0002                                 request(string[] tunes)\n"
+            "  event   moved   0x8001                                 payload(car.Door.Opening opening)\n"
+            "  event   chosen  0x8002                                 payload(car.Door.Any any)\n"
+            "  field   level   get 0x0003, set 0x0004, notify 0x8003  payload(uint8 level)\n");
+  const auto json = nlohmann::json::parse(to_json_text(**made));
+  EXPECT_EQ(json["id"], "0x4711");
+  EXPECT_EQ(json["members"][0]["response"], "bool done");
+  EXPECT_FALSE(explain_service(system, "Door.open")->has_value());
+  EXPECT_FALSE(explain_service(system, "Dor")->has_value());
 }
 
 TEST(Explain, TellsWhatIsWrong) {
