@@ -238,6 +238,9 @@ struct Node::State : std::enable_shared_from_this<State> {
       }
       const SdCounters before = discovery.counters();
       discovery.on_datagram(datagram, from, via_multicast, now());
+      if (discovery.counters().reboots_detected > before.reboots_detected) {
+        ports.forget_large(from.address);  // the rest of what it had begun never comes
+      }
       say_what_has_no_event(before, from);
       drain();
     };

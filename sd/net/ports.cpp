@@ -328,6 +328,18 @@ someip::Reassembly& Ports::reassembly_of(someip::MessageType type, LargeMessages
   return *reassembly;
 }
 
+void Ports::forget_large(const IpAddress& sender) {
+  const auto visit = [&](const auto& port) {
+    for (someip::Reassembly* const one : {port.large.requests.get(), port.large.expected.get()}) {
+      if (one != nullptr) {
+        one->forget(sender, now());
+      }
+    }
+  };
+  for_each(udp_, visit);
+  for_each(groups_, visit);
+}
+
 void Ports::on_reassembly_time() {
   const TimePoint time = now();
   std::optional<TimePoint> next;

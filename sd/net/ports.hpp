@@ -122,6 +122,8 @@ class Ports {
   void flush();
 
   // What was counted, also by ports that are closed.
+  /// Forgets large messages that a host had begun before it was started anew.
+  void forget_large(const IpAddress& sender);
   [[nodiscard]] someip::TpCounters reassembly_counters() const;
   [[nodiscard]] someip::MessageSender::Counters sender_counters() const;
   [[nodiscard]] someip::TcpServer::Counters tcp_counters() const;

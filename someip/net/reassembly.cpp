@@ -127,12 +127,28 @@ void Reassembly::add_place() {
     return;  // work goes on with the places that exist
   }
   ::madvise(memory, place_bytes_, MADV_NOHUGEPAGE);  // otherwise a small message would take 2 MB
-  const std::size_t words = tp_map_words(max_message_bytes_);
-  auto* const buffer = static_cast<std::byte*>(memory) + in_pages(words * sizeof(std::uint32_t));
   places_.push_back({memory});
-  slots_.emplace_back(ByteSpan{buffer, max_message_bytes_},
-                      std::span{static_cast<std::uint32_t*>(memory), words});
+  slots_.push_back(slot_of(places_.back()));
   machine_.use(slots_);
+}
+
+TpSlot Reassembly::slot_of(const Place& place) const noexcept {
+  const std::size_t words = tp_map_words(max_message_bytes_);
+  auto* const buffer = static_cast<std::byte*>(place.memory) + in_pages(words * sizeof(std::uint32_t));
+  return {ByteSpan{buffer, max_message_bytes_}, std::span{static_cast<std::uint32_t*>(place.memory), words}};
+}
+
+void Reassembly::forget(const IpAddress& sender, TimePoint now) {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (!machine_.used(i) || places_[i].sender != sender) {
+      continue;
+    }
+    if (machine_.under_way(i)) {
+      static_cast<void>(machine_.end(i, TpDrop::replaced, now));  // which counts it
+    }
+    empty(places_[i]);
+    slots_[i] = slot_of(places_[i]);
+  }
 }
 
 void Reassembly::remove_place() {

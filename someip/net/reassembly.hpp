@@ -56,11 +56,17 @@ class Reassembly {
       add_place();
     }
     auto outcome = machine_.on_segment(from, segment, now);
+    if (outcome) {
+      places_[machine_.recent()].sender = from.address;
+    }
     if (outcome && (chunks_of(part) & ~places_[machine_.recent()].chunks) != 0) {
       return count_chunks(*outcome, chunks_of(part), now);
     }
     return outcome;
   }
+  /// Forgets all messages of a host that was started anew: its Session IDs begin anew, so that what it sends
+  /// would be taken for more of the messages before.
+  void forget(const IpAddress& sender, TimePoint now);
   void on_time(TimePoint now);
   /// When on_time() has something to do: later only if segments come.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -74,6 +80,7 @@ class Reassembly {
   struct Place {
     void* memory;              ///< the map, then the buffer
     std::uint64_t chunks = 0;  ///< a bit for each that counts as used
+    IpAddress sender{};        ///< of the last message
   };
   /// What a segment brings of its message.
   struct Part {
@@ -113,6 +120,8 @@ class Reassembly {
   [[nodiscard]] std::size_t bytes_of(std::uint64_t chunks) const noexcept;
   /// Gives the pages of a place back.
   void empty(Place& place);
+  /// As one that has never been used.
+  [[nodiscard]] TpSlot slot_of(const Place& place) const noexcept;
   void add_place();
   void remove_place();
 

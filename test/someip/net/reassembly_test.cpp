@@ -75,6 +75,24 @@ TEST(Reassembly, GivesTheMemoryOfMessagesThatNeverBecameWholeBack) {
   EXPECT_TRUE(offer(reassembly, host(0), 2, 0, message_bytes, now));
 }
 
+// A host that was started anew counts its sessions from 1 on, as before.
+TEST(Reassembly, TakesNothingOfBeforeForAMessageOfAHostThatWasStartedAnew) {
+  Reassembly reassembly{16, limits};
+  EXPECT_FALSE(offer(reassembly, host(0), 1, 0, message_bytes / 2, start));
+  EXPECT_FALSE(offer(reassembly, host(1), 1, 0, message_bytes / 2, start));
+  reassembly.forget(host(0).address, start);
+  EXPECT_EQ(reassembly.counters()[TpDrop::replaced], 1U);
+  EXPECT_FALSE(offer(reassembly, host(0), 1, message_bytes / 2, message_bytes, start));
+  EXPECT_TRUE(offer(reassembly, host(0), 1, 0, message_bytes / 2, start));
+  EXPECT_EQ(reassembly.counters()[TpDrop::overlap], 0U);
+  EXPECT_TRUE(offer(reassembly, host(1), 1, message_bytes / 2, message_bytes, start))
+      << "another host's stays";
+  // Nor is a message that was complete: the same session is that of another one.
+  reassembly.forget(host(0).address, start);
+  EXPECT_TRUE(offer(reassembly, host(0), 1, 0, message_bytes, start));
+  EXPECT_EQ(reassembly.counters()[TpDrop::stale], 0U);
+}
+
 TEST(Reassembly, KeepsTheMemoryOfMessagesThatComeSteadily) {
   const auto faults = [] {
     rusage usage{};
