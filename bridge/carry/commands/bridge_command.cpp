@@ -12,7 +12,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/system/system_error.hpp>
 #include <csignal>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -20,6 +19,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bridge/carry/commands/counter_output.hpp"
 #include "bridge/carry/commands/drop_root.hpp"
 #include "bridge/carry/commands/explain.hpp"
 #include "bridge/carry/commands/summary.hpp"
@@ -27,6 +27,7 @@
 #include "bridge/carry/runtime/bridge.hpp"
 #include "bridge/carry/runtime/limited_sink.hpp"
 #include "bridge/carry/runtime/spare_memory.hpp"
+#include "bridge/carry/runtime/takes_at_once.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/on_signal.hpp"
 #include "bridge/console/console.hpp"
@@ -48,9 +49,11 @@ struct Options {
   bool quiet = false;
 };
 
-void print_counters(const Bridge& bridge, Report& report) {
+/// As text, and as lines of the report.
+std::string tell_counters(const Bridge& bridge, Report& report) {
+  std::string text;
   const auto print = [&](const CounterGroup& group) {
-    std::printf("%s\n", to_string(group).c_str());
+    text += to_string(group) + '\n';
     report.line(to_json(group));
   };
   for (const CounterGroup& group : bridge.counters()) {
@@ -59,7 +62,7 @@ void print_counters(const Bridge& bridge, Report& report) {
   if (report.is_open()) {
     print({.name = "report", .counters = {{"lines_left_out", report.lines_left_out()}}});
   }
-  std::fflush(stdout);
+  return text;
 }
 
 // A connection takes one. Where the usual limit is less than what the system lets one have, that is for the
@@ -99,12 +102,20 @@ class Runner {
         file_{options.file},
         console_address_{options.console},
         report_{options.report_fd},
+        counters_{io, STDOUT_FILENO},
         config_{std::move(config)} {
     open_status();  // first: whoever reads that the bridge is ready can ask for its state
     start();
   }
 
-  void show() { print_counters(*bridge_, report_); }
+  void show() {
+    if (!counters_.write(tell_counters(*bridge_, report_))) {
+      spdlog::warn("the counters are not printed, because nobody has read those before");
+    }
+  }
+
+  /// The last counters. False: not all that was to be printed could be.
+  [[nodiscard]] bool show_last() { return counters_.finish(tell_counters(*bridge_, report_)); }
 
   void stop() {
     spdlog::info("stopping: withdrawing offers and subscriptions");
@@ -208,6 +219,7 @@ class Runner {
   std::string file_;
   std::string console_address_;  ///< of the command line
   Report report_;
+  CounterOutput counters_;
   BridgeConfig config_;
   std::unique_ptr<Bridge> bridge_;
   std::unique_ptr<console::Console> console_;
@@ -219,9 +231,12 @@ int run(const Options& options) {
   if (!config) {
     return cli::exit_usage;
   }
-  // Logs go to standard error, counters to standard output.
+  // Logs go to standard error, counters to standard output. The bridge goes on without their readers, whether
+  // they end or do not read.
+  std::signal(SIGPIPE, SIG_IGN);
   auto logger = std::make_shared<spdlog::logger>(
-      "trestle", std::make_shared<LimitedSink>(std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+      "trestle", std::make_shared<LimitedSink>(std::make_shared<spdlog::sinks::stderr_color_sink_mt>(),
+                                               [] { return takes_at_once(STDERR_FILENO); }));
   logger->set_pattern("%H:%M:%S.%e %^%l%$ %v");
   logger->set_level(options.quiet ? spdlog::level::warn : spdlog::level::info);
   spdlog::set_default_logger(logger);
@@ -255,8 +270,11 @@ int run(const Options& options) {
     spdlog::info("running as {}", options.user);
   }
   sd::run_busy(io, runner->busy_poll());
-  runner->show();
+  const bool all_shown = runner->show_last();
   logger->flush();
+  if (!all_shown) {
+    throw std::runtime_error{"cannot write all of the output; is the disk full?"};
+  }
   return cli::exit_ok;
 }
 
