@@ -134,7 +134,8 @@ void Writer::need_inside(const Value& value, Needs& needs, std::vector<Prototype
     case Kind::bytes:
     case Kind::array:
     case Kind::map: {
-      // One property for all: without it, arrays of fixed size have no length field, and all else has 4 bytes.
+      // One property for all: without it, arrays of fixed size have no length field, and all else has 4
+      // bytes.
       const std::uint8_t unsaid = type.fixed_size && type.kind != Kind::map ? no_field : usual_length;
       std::optional<std::uint8_t>& own_rule = special.rules.array;
       if (!std::exchange(needs.decided["array length"], true)) {
