@@ -134,17 +134,17 @@ std::string to_text(const ServiceExplanation& explanation) {
 }
 
 std::string to_json_text(const ServiceExplanation& explanation) {
-  using Json = nlohmann::ordered_json;
-  Json json{{"service", explanation.name}, {"id", explanation.id}, {"version", explanation.version}};
-  json["members"] = Json::array();
+  using OrderedJson = nlohmann::ordered_json;
+  OrderedJson json{{"service", explanation.name}, {"id", explanation.id}, {"version", explanation.version}};
+  json["members"] = OrderedJson::array();
   for (const Member& member : explanation.members) {
-    Json one{{"kind", member.kind}, {"name", member.name}, {"ids", member.ids}};
+    OrderedJson one{{"kind", member.kind}, {"name", member.name}, {"ids", member.ids}};
     for (const Message& message : member.messages) {
       one[message.part] = message.values;
     }
     json["members"].push_back(std::move(one));
   }
-  return documents::printable_json(json.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
+  return documents::printable_json(json.dump(2, ' ', false, OrderedJson::error_handler_t::replace)) + "\n";
 }
 
 }  // namespace trestle::generate

@@ -336,13 +336,13 @@ TEST(ReadFidl, ComputesConstantsOfEachType) {
                                                            {"MORE", "true"},
                                                            {"FIRST_AND", "true"},
                                                            {"NONE", "false"},
-                                                           {"POINT", "{\"x\": 3, \"y\": 1.5}"}}));
+                                                           {"POINT", "{\"x\": 3, \"y\": 1.5}"},
+                                                           {"PART", "3"},
+                                                           {"WITH_PART", "{\"x\": 3, \"y\": 1.5}"}}));
   EXPECT_THAT(
       told(reading),
       ElementsAre("K.fidl:9:31: warning: the value of the constant cannot be computed, and is left out",
-                  "K.fidl:10:36: warning: the value of the constant cannot be computed, and is left out",
-                  "K.fidl:13:26: warning: the value of the constant cannot be computed, and is left out",
-                  "K.fidl:14:32: warning: the value of the constant cannot be computed, and is left out"));
+                  "K.fidl:10:36: warning: the value of the constant cannot be computed, and is left out"));
 }
 
 TEST(ReadFidl, KeepsAtSignsWithinWordsOfAnnotations) {

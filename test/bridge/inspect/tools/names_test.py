@@ -116,7 +116,7 @@ class Door(unittest.TestCase):
         with Running("offer", 1, "Door", "--method", "open={done: true}", "--udp", *DOOR) as offer:
             done = run("call", 2, "Door.open", "{speed: FAST}", *DOOR)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn('opening is left out; sent is {"speed": "FAST", "opening": 0}', done.stderr)
+            self.assertIn('opening is left out; sent is {"speed":"FAST","opening":0}', done.stderr)
             self.assertEqual(offer.line_with("opening"), "opening: 0")
             done = run("call", 2, "Door.open", "{speed: FAST, opening: 0}", *DOOR)
             self.assertNotIn("left out", done.stderr)
