@@ -23,20 +23,20 @@ else  # an archive of the sources
 fi
 TRESTLE_VERSION=$version
 
-work=$out/work/trestle
-rm -rf "$out/work" "$out"/*.deb "$out"/*.buildinfo "$out"/*.changes "$out"/*.spdx.json
-mkdir -p "$work"
-cp -r "$source/packaging/debian" "$work/debian"
-cat >"$work/debian/changelog" <<EOF
+pack=$out/pack/trestle
+rm -rf "$out/pack" "$out"/*.deb "$out"/*.buildinfo "$out"/*.changes "$out"/*.spdx.json
+mkdir -p "$pack"
+cp -r "$source/packaging/debian" "$pack/debian"
+cat >"$pack/debian/changelog" <<EOF
 trestle ($version) unstable; urgency=medium
 
   * Of commit $commit. /usr/share/doc/trestle/changelog.gz says what changed.
 
  -- The Trestle authors <maintainers@trestle.example>  $(LC_ALL=C date -u -R -d "@$SOURCE_DATE_EPOCH")
 EOF
-cd "$work"
+cd "$pack"
 umask 022
 dpkg-buildpackage --build=binary --no-sign --no-check-builddeps
-mv "$out"/work/*.deb "$out"/work/*.buildinfo "$out"/work/*.changes "$out/"
+mv "$out"/pack/*.deb "$out"/pack/*.buildinfo "$out"/pack/*.changes "$out/"
 cp trestle.spdx.json "$out/trestle_$version.spdx.json"
-rm -rf "$out/work"
+rm -rf "$out/pack"

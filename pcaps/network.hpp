@@ -1,7 +1,7 @@
 // pcaps: captures, and what leads from a frame to UDP datagrams and TCP streams.
 //
 //   capture_file.hpp  reads pcap and pcapng files; live_capture.hpp: frames of an interface (libpcap)
-//   link_type.hpp     link layers that are known
+//   link_type.hpp     link layers that are known; pcapng_blocks.hpp: writes captures
 //   network.hpp       from a frame to its UDP datagram or TCP segment
 //   ip_fragments.hpp  puts IP fragments together; tcp_streams.hpp: TCP segments
 //   traffic.hpp       all of this in one object: frames in, payloads out

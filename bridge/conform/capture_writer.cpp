@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "pcaps/pcapng_blocks.hpp"
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::conform {
@@ -12,10 +13,10 @@ namespace {
 using Block = std::vector<std::byte>;
 
 template <typename T>
-void put(Block& out, T number, std::endian order = std::endian::big) {
+void put(Block& out, T number) {
   const std::size_t at = out.size();
   out.resize(at + sizeof(T));
-  someip::store<T>(out.data() + at, number, order);
+  someip::store<T>(out.data() + at, number);
 }
 
 void put_bytes(Block& out, ByteView bytes) {
@@ -116,68 +117,17 @@ Block ip(const Packet& packet, const Block& contents, std::uint16_t id) {
   return out;
 }
 
-void put_padded(Block& out, ByteView bytes) {
-  put_bytes(out, bytes);
-  out.resize((out.size() + 3) / 4 * 4);
-}
-
-void put_option(Block& out, std::uint16_t code, ByteView value) {
-  put(out, code, std::endian::native);
-  put(out, static_cast<std::uint16_t>(value.size()), std::endian::native);
-  put_padded(out, value);
-}
-
-ByteView bytes_of(const std::string& text) {
-  return std::as_bytes(std::span{text}).first(std::min<std::size_t>(text.size(), 60'000));
-}
-
-void put_block(Block& out, std::uint32_t type, const Block& body) {
-  const auto size = static_cast<std::uint32_t>(body.size() + 12);
-  put(out, type, std::endian::native);
-  put(out, size, std::endian::native);
-  put_bytes(out, body);
-  put(out, size, std::endian::native);
-}
-
 }  // namespace
 
 std::string pcapng(const std::deque<Packet>& packets, const std::string& title) {
   Block out;
-  Block section;
-  put(section, std::uint32_t{0x1a2b'3c4d}, std::endian::native);
-  put(section, std::uint16_t{1}, std::endian::native);
-  put(section, std::uint16_t{0}, std::endian::native);
-  put(section, ~std::uint64_t{0}, std::endian::native);
-  put_option(section, 1, bytes_of(title));  // opt_comment
-  put_option(section, 0, {});
-  put_block(out, 0x0a0d'0d0a, section);
-
-  Block interface;
-  put(interface, std::uint16_t{101}, std::endian::native);  // LINKTYPE_RAW
-  put(interface, std::uint16_t{0}, std::endian::native);
-  put(interface, std::uint32_t{0}, std::endian::native);
-  constexpr std::byte nanoseconds{9};
-  put_option(interface, 9, {&nanoseconds, 1});  // if_tsresol
-  put_option(interface, 0, {});
-  put_block(out, 1, interface);
-
+  pcaps::put_pcapng_section(out, title);
+  pcaps::put_pcapng_interface(out, pcaps::LinkType::raw_ip);
   TcpNumbers tcp;
   for (const Packet& packet : packets) {
     const Block frame = ip(packet, packet.transport == Transport::tcp ? tcp.segment(packet) : udp(packet),
                            static_cast<std::uint16_t>(packet.number));
-    const auto time = static_cast<std::uint64_t>(packet.time.time_since_epoch().count());
-    Block body;
-    put(body, std::uint32_t{0}, std::endian::native);
-    put(body, static_cast<std::uint32_t>(time >> 32U), std::endian::native);
-    put(body, static_cast<std::uint32_t>(time), std::endian::native);
-    put(body, static_cast<std::uint32_t>(frame.size()), std::endian::native);
-    put(body, static_cast<std::uint32_t>(frame.size()), std::endian::native);
-    put_padded(body, frame);
-    if (!packet.comment.empty()) {
-      put_option(body, 1, bytes_of(packet.comment));
-      put_option(body, 0, {});
-    }
-    put_block(out, 6, body);
+    pcaps::put_pcapng_packet(out, packet.time, frame, frame.size(), packet.comment);
   }
   return {reinterpret_cast<const char*>(out.data()), out.size()};
 }

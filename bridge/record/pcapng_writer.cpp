@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include "bridge/record/mcap_fields.hpp"
+#include "pcaps/pcapng_blocks.hpp"
 
 namespace trestle::record {
 namespace {
@@ -10,59 +10,10 @@ namespace {
 /// Frames are written together from so many bytes on.
 constexpr std::size_t written_from = std::size_t{1} << 20U;
 
-/// The numbers that the format has for link layers, as libpcap calls them LINKTYPE_...
-std::uint16_t number_of(pcaps::LinkType link) {
-  switch (link) {
-    case pcaps::LinkType::linux_sll:
-      return 113;
-    case pcaps::LinkType::linux_sll2:
-      return 276;
-    case pcaps::LinkType::raw_ip:
-      return 101;
-    case pcaps::LinkType::null_loopback:
-      return 0;
-    case pcaps::LinkType::wlan:
-      return 105;
-    case pcaps::LinkType::ppi:
-      return 192;
-    case pcaps::LinkType::ethernet:
-    case pcaps::LinkType::unsupported:
-      break;
-  }
-  return 1;
-}
-
-/// A block has its length at both ends, and is padded to whole words.
-template <typename PutBody>
-void put_block(std::vector<std::byte>& out, std::uint32_t type, const PutBody& put_body) {
-  const std::size_t begin = out.size();
-  FieldWriter fields{out};
-  fields.number(type);
-  fields.number(std::uint32_t{0});
-  put_body(fields);
-  out.resize(begin + ((out.size() - begin + 3U) & ~std::size_t{3U}));
-  const auto length = static_cast<std::uint32_t>(out.size() - begin + 4);
-  someip::store(out.data() + begin + 4, length, std::endian::little);
-  fields.number(length);
-}
-
 std::vector<std::byte> head(pcaps::LinkType link) {
   std::vector<std::byte> out;
-  put_block(out, 0x0a0d'0d0a, [](FieldWriter& fields) {
-    fields.number(std::uint32_t{0x1a2b'3c4d});  // by which readers know the byte order
-    fields.number(std::uint16_t{1});            // version 1.0
-    fields.number(std::uint16_t{0});
-    fields.number(~std::uint64_t{0});  // the length of the section is not told
-  });
-  put_block(out, 1, [link](FieldWriter& fields) {
-    fields.number(number_of(link));
-    fields.number(std::uint16_t{0});
-    fields.number(std::uint32_t{0});  // frames are not cut
-    fields.number(std::uint16_t{9});  // if_tsresol, one byte: 10 to the power of -9
-    fields.number(std::uint16_t{1});
-    fields.number(std::uint32_t{9});
-    fields.number(std::uint32_t{0});  // the end of the options
-  });
+  pcaps::put_pcapng_section(out);
+  pcaps::put_pcapng_interface(out, link);
   return out;
 }
 
@@ -76,15 +27,7 @@ PcapngWriter::PcapngWriter(const std::string& path, pcaps::LinkType link) : file
 }
 
 std::error_code PcapngWriter::write(const pcaps::Frame& frame) {
-  const auto time = static_cast<std::uint64_t>(frame.time.time_since_epoch().count());
-  put_block(waiting_, 6, [&](FieldWriter& fields) {
-    fields.number(std::uint32_t{0});  // the interface
-    fields.number(static_cast<std::uint32_t>(time >> 32U));
-    fields.number(static_cast<std::uint32_t>(time));
-    fields.number(static_cast<std::uint32_t>(frame.bytes.size()));
-    fields.number(static_cast<std::uint32_t>(frame.wire_bytes));
-    fields.bytes_of(frame.bytes);
-  });
+  pcaps::put_pcapng_packet(waiting_, frame.time, frame.bytes, frame.wire_bytes);
   ++waiting_frames_;
   return waiting_.size() >= written_from ? flush() : std::error_code{};
 }

@@ -142,9 +142,12 @@ class Look {
   const dds::Participant participant_;
 };
 
+bool is_there(const RoutePicture& route) {
+  return route.cause.words.empty();
+}
+
 std::string text_of(const Picture& picture, const BridgeConfig& config, const cli::Colours& colours) {
-  const auto there =
-      std::ranges::count_if(picture.routes, [](const RoutePicture& one) { return one.cause.words.empty(); });
+  const auto there = std::ranges::count_if(picture.routes, is_there);
   std::string out =
       fmt::format("{}{}{}: {}{} of {} routes would find their sources now{}\n", colours.bold, config.file,
                   colours.off, there == std::ssize(picture.routes) ? colours.green : colours.yellow, there,
@@ -158,11 +161,10 @@ std::string text_of(const Picture& picture, const BridgeConfig& config, const cl
     width = std::max(width, one.name.size());
   }
   for (const RoutePicture& one : picture.routes) {
-    const bool is_there = one.cause.words.empty();
     out +=
         fmt::format("  {:<{}}  {}  {}{}{}\n", one.name, width, one.direction == "dds_to_someip" ? "->" : "<-",
-                    is_there ? colours.green : colours.yellow,
-                    is_there ? "there" : documents::printable(one.cause.words), colours.off);
+                    is_there(one) ? colours.green : colours.yellow,
+                    is_there(one) ? "there" : documents::printable(one.cause.words), colours.off);
   }
   return out;
 }
@@ -183,8 +185,7 @@ NetworkCheck check_network(const BridgeConfig& config, std::chrono::milliseconds
   for (;;) {
     look->wait(std::chrono::milliseconds{200});
     const Picture picture = look->picture();
-    const bool is_all =
-        std::ranges::all_of(picture.routes, [](const RoutePicture& one) { return one.cause.words.empty(); });
+    const bool is_all = std::ranges::all_of(picture.routes, is_there);
     if (is_all || std::chrono::steady_clock::now() >= end) {
       return {text_of(picture, config, colours), is_all};
     }

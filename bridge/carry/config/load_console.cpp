@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 
+#include "bridge/documents/host_and_port.hpp"
 #include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -12,30 +12,16 @@ namespace trestle::carry {
 namespace {
 
 std::optional<Endpoint> read_address(std::string_view text) {
-  const bool bracketed = text.starts_with('[');
-  const bool bare_v6 = !bracketed && std::ranges::count(text, ':') > 1;
-  const std::size_t end = bracketed ? text.find(']')
-                          : bare_v6 ? text.size()
-                                    : std::min(text.find(':'), text.size());
-  if (end == std::string_view::npos || text.find('\0') != std::string_view::npos) {
+  const auto parts = documents::host_and_port(text);
+  if (!parts || text.find('\0') != std::string_view::npos) {
     return std::nullopt;
   }
   // Also the unspecified one: all addresses of this host.
-  const std::string host{bracketed ? text.substr(1, end - 1) : text.substr(0, end)};
-  const auto address = someip::parse_address(host);
-  if (!address || address->is_multicast() || address->v6 != (bracketed || bare_v6)) {
+  const auto address = someip::parse_address(std::string{parts->host});
+  if (!address || address->is_multicast() || address->v6 != parts->v6) {
     return std::nullopt;
   }
-  Endpoint result{*address, ConsoleSettings::default_port};
-  if (const std::string_view rest = text.substr(bracketed ? end + 1 : end); !rest.empty()) {
-    const auto port =
-        rest.starts_with(':') ? documents::whole_number(1, 65535).read(rest.substr(1)) : std::nullopt;
-    if (!port) {
-      return std::nullopt;
-    }
-    result.port = static_cast<std::uint16_t>(*port);
-  }
-  return result;
+  return Endpoint{*address, parts->port.value_or(ConsoleSettings::default_port)};
 }
 
 }  // namespace

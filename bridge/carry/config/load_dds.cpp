@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/documents/host_and_port.hpp"
 #include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/names.hpp"
@@ -27,33 +28,20 @@ bool is_host_name(std::string_view text) {
 
 /// "10.0.0.1", "10.0.0.1:11811", "host:11811", "fd00::1", "[fd00::1]:11811".
 std::optional<dds::DiscoveryServer> discovery_server(std::string_view text) {
-  const bool bracketed = text.starts_with('[');
-  const bool bare_v6 = !bracketed && std::ranges::count(text, ':') > 1;
-  const std::size_t end = bracketed ? text.find(']')
-                          : bare_v6 ? text.size()
-                                    : std::min(text.find(':'), text.size());
-  if (end == std::string_view::npos) {
+  const auto parts = documents::host_and_port(text);
+  if (!parts) {
     return std::nullopt;
   }
-  const std::string_view host = bracketed ? text.substr(1, end - 1) : text.substr(0, end);
-  const std::string_view rest = text.substr(bracketed ? end + 1 : end);
-  dds::DiscoveryServer server{std::string{host}};
-  if (const auto address = documents::ip_address().read(host)) {
-    if (address->is_multicast() || address->v6 != (bracketed || bare_v6)) {
+  dds::DiscoveryServer server{std::string{parts->host}};
+  if (const auto address = documents::ip_address().read(parts->host)) {
+    if (address->is_multicast() || address->v6 != parts->v6) {
       return std::nullopt;
     }
     server.address = someip::to_string(*address);
-  } else if (bracketed || bare_v6 || !is_host_name(host)) {
+  } else if (parts->v6 || !is_host_name(parts->host)) {
     return std::nullopt;
   }
-  if (!rest.empty()) {
-    const auto port =
-        rest.starts_with(':') ? documents::whole_number(1, 65535).read(rest.substr(1)) : std::nullopt;
-    if (!port) {
-      return std::nullopt;
-    }
-    server.port = static_cast<std::uint16_t>(*port);
-  }
+  server.port = parts->port.value_or(server.port);
   return server;
 }
 
