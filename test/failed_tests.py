@@ -5,9 +5,9 @@ Usage: failed_tests.py TESTS.xml
 import sys
 import xml.etree.ElementTree as ElementTree
 
-LINES = 30
+LINES = 160  # of all that failed together, and no fewer than 20 of each
 
-for case in ElementTree.parse(sys.argv[1]).getroot().iter("testcase"):
-    if case.get("status") == "fail":
-        print(f"--- the end of {case.get('name')}, after {float(case.get('time')):.0f} s:")
-        print("\n".join((case.findtext("system-out") or "").rstrip().splitlines()[-LINES:]))
+failed = [case for case in ElementTree.parse(sys.argv[1]).getroot().iter("testcase") if case.get("status") == "fail"]
+for case in failed:
+    print(f"--- the end of {case.get('name')}, after {float(case.get('time')):.0f} s:")
+    print("\n".join((case.findtext("system-out") or "").rstrip().splitlines()[-max(LINES // len(failed), 20):]))

@@ -117,9 +117,10 @@ TEST(Runner, KnowsADeviceThatDoesNothingButOfferByItsOffers) {
   Profile with = profile();
   with.timing.cyclic_offer_delay = 20ms;
   with.timing.answer_within = 300ms;
-  with.timing.ready_within = 100ms;
+  with.timing.ready_within = 30s;  // a busy machine may need more than one try
   EXPECT_EQ(run_cases(with, {&quick}, options()).cases.at(0).outcome.verdict, Verdict::pass);
   with.timing.cyclic_offer_delay.reset();
+  with.timing.ready_within = 100ms;
   EXPECT_EQ(run_cases(with, {&quick}, options()).cases.at(0).outcome.verdict, Verdict::inconclusive);
 }
 

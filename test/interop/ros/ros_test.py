@@ -131,6 +131,15 @@ class RealRos(unittest.TestCase):
         self.two = Ros(2, "two")
         self.addCleanup(self.two.close)
 
+    def state(self):
+        """What the bridges are doing, for the message of a failure."""
+        said = []
+        for end, bridge in sorted(self.bridges.items()):
+            log = pathlib.Path(self.folder, f"{end}.log").read_text()
+            said.append(f"bridge {end}: {'runs' if bridge.process.poll() is None else f'ended with {bridge.process.poll()}'}, "
+                        f"said:\n{log[:2000]}")
+        return "\n".join(said)
+
     def carry(self, source, target, topic, kind, messages, qos=10):
         """Publishes until the path is open, then each message; all have to arrive as they were."""
         got = []
@@ -140,7 +149,7 @@ class RealRos(unittest.TestCase):
         while not got and time.monotonic() < end:
             publisher.publish(kind())
             target.executor.spin_once(timeout_sec=0.1)
-        self.assertTrue(got, f"{topic}: nothing arrives")
+        self.assertTrue(got, f"{topic}: nothing arrives; {self.state()}")
         for message in messages:
             got.clear()
             end = time.monotonic() + PATIENCE
