@@ -88,6 +88,7 @@ int run(int argc, char** argv) {
   carry::add_status_command(app, status);
   carry::add_schema_command(app, status);
   carry::add_record_command(app, status);
+  carry::add_replay_command(app, status);
   const generate::SourceReaders readers{.route_file = carry::describe_routes,
                                         .types_of_route_file = carry::types_of_routes,
                                         .ros = carry::listen_to_ros};

@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "bridge/carry/commands/explain.hpp"
-#include "bridge/carry/config/ros_environment.hpp"
 #include "bridge/carry/config/topic_pattern.hpp"
+#include "bridge/carry/record/dds_place.hpp"
 #include "bridge/carry/record/record_commands.hpp"
 #include "bridge/carry/record/someip_recorder.hpp"
 #include "bridge/carry/record/topic_recorder.hpp"
@@ -66,32 +66,11 @@ record::RecorderSettings settings_of(const RecordArguments& arguments) {
   return settings;
 }
 
-/// Where to listen, by the configuration of a bridge or by the command line.
+/// What to listen to, by the configuration of a bridge or by the command line.
 TopicRecorder::Settings topics_of(const RecordArguments& arguments,
                                   const std::optional<BridgeConfig>& config) {
-  DdsSettings dds = config ? config->dds : DdsSettings{};
-  if (arguments.domain) {
-    dds.domain = arguments.domain;
-  }
-  if (!config) {  // whose loader has done this
-    if (const std::string fault = apply_ros_environment(dds, process_environment()); !fault.empty()) {
-      throw std::runtime_error{fault};
-    }
-  }
   TopicRecorder::Settings settings;
-  settings.participant = {.domain = dds.domain.value_or(0),
-                          .name = "trestle record",
-                          .interfaces = dds.interfaces,
-                          .shared_memory = dds.shared_memory,
-                          .lease = dds.lease,
-                          .node = "/trestle_record",
-                          .enclave = dds.security.enclave,
-                          .gid_bytes = gid_bytes(dds.ros_distro),
-                          .profiles_file = dds.profiles,
-                          .profile = dds.profile,
-                          .discovery_servers = dds.discovery_servers,
-                          .security_folder = security_folder(dds.security),
-                          .on_event = {}};
+  settings.participant = dds_place(config, arguments.domain, "record");
   settings.types = config ? config->types : messages::TypePlaces{};
   settings.types.folders.insert(settings.types.folders.end(), arguments.msg_path.begin(),
                                 arguments.msg_path.end());
@@ -271,8 +250,8 @@ void add_record_command(CLI::App& app, int& status) {
   command->footer(
       "Topics of ROS 2 are recorded as they come, with their type and quality of service, and with "
       "--interface\n"
-      "the SOME/IP messages of a network beside them. A folder is a bag of rosbag2; Foxglove and rosbags\n"
-      "read the files, too. It ends on Ctrl-C. What cannot be kept is dropped, counted, "
+      "the SOME/IP messages of a network beside them. A folder is a bag of rosbag2; Foxglove, rosbags and\n"
+      "'trestle replay' read the files, too. It ends on Ctrl-C. What cannot be kept is dropped, counted, "
       "and\n"
       "told at the end. docs/record.md is the guide.\n"
       "Exit status: 0; 1 when something could not be recorded; 2 for a wrong command line or "

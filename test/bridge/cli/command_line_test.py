@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 program = sys.argv.pop(1)
-COMMANDS = ["bridge", "check", "status", "schema", "record", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo", "completion", "man"]
+COMMANDS = ["bridge", "check", "status", "schema", "record", "replay", "generate", "diff", "explain", "conform", "fuzz", "decode", "find", "watch", "call", "subscribe", "offer", "notify", "perf", "demo", "completion", "man"]
 
 
 def run(*arguments):

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""record_test.py TRESTLE: trestle record beside a ROS 2 node: the library rosbags, which has a CDR decoder of its own, and
-the library mcap read what it wrote, and all is what the node sent."""
+"""record_test.py TRESTLE: trestle record and trestle replay beside a ROS 2 node: the library rosbags, which has a CDR decoder of
+its own, and the library mcap read what the one wrote, and all is what the node sent. The other one sends a bag that rosbags
+wrote, and the node gets what is in it."""
 import os
 import pathlib
 import signal
@@ -12,13 +13,14 @@ import unittest
 
 import ros_test  # beside this file; goes on with the Python of ROS 2
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 
 try:
     from mcap.reader import make_reader
-    from rosbags.interfaces import QosDurability, QosReliability
-    from rosbags.rosbag2 import Reader
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+    from rosbags.rosbag2 import Reader, StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
 except ImportError:
     ros_test.peer.missing("ros")
@@ -105,6 +107,30 @@ class Records(unittest.TestCase):
             for file in bag.iterdir():
                 file.unlink()
             bag.rmdir()
+
+    def test_a_node_gets_what_rosbags_wrote(self):
+        never = QosTime(9223372036, 854775807)
+        bag, sent = self.folder / "theirs", self.messages()
+        with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            for topic, (qos, messages) in sent.items():
+                kind = f"{type(messages[0]).__module__.split('.')[0]}/msg/{type(messages[0]).__name__}"
+                connection = writer.add_connection(topic, kind, typestore=STORE, offered_qos_profiles=[Qos(
+                    QosHistory.KEEP_LAST, 50, QosReliability.RELIABLE if qos is LATCHED else QosReliability.BEST_EFFORT,
+                    QosDurability.TRANSIENT_LOCAL if qos is LATCHED else QosDurability.VOLATILE, never, never,
+                    QosLiveliness.AUTOMATIC, never, False)])
+                for number, message in enumerate(messages):
+                    writer.write(connection, 10**18 + number * 2 * 10**7, bytes(serialize_message(message)))
+        watcher = self.ros(2, "watcher")
+        got = {topic: [] for topic in sent}
+        for topic, (qos, messages) in sent.items():
+            watcher.node.create_subscription(type(messages[0]), topic, got[topic].append, qos)
+        player = self.start("replay", bag, "--delay", "3", domain=2)
+        self.assertTrue(watcher.wait(lambda: all(len(got[topic]) == len(messages) for topic, (_, messages) in sent.items())),
+                        {topic: len(messages) for topic, messages in got.items()})
+        self.assertEqual(got, {topic: messages for topic, (_, messages) in sent.items()})
+        output, errors = player.communicate(timeout=PATIENCE)
+        self.assertEqual((player.returncode, output), (0, "35 messages replayed\n"), errors)
+        self.assertIn("writing /text (std_msgs/msg/String), reliable, transient local\n", errors)
 
 
 if __name__ == "__main__":

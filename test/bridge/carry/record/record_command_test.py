@@ -3,37 +3,14 @@
 
 Usage: record_command_test.py TRESTLE CAPTURES
 """
-import json
 import os
-import pathlib
 import signal
 import subprocess
-import sys
-import tempfile
-import time
 import unittest
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
-from bare_peer import PATIENCE
-from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, head
+from record_program import CAPTURES, HELLO, PATIENCE, PEER, TRESTLE, RecordTest, decoded
+from bridge_program import DOMAIN
 from plain_mcap import Mcap
-
-TRESTLE = sys.argv.pop(1)
-CAPTURES = pathlib.Path(sys.argv.pop(1))
-
-ROUTE = """\
-routes:
-  - {topic: /text, type: std_msgs/msg/String, direction: someip_to_dds, service: 0x2222, instance: 1, eventgroup: 1, event: 0x8001,
-     minor: any, qos: {depth: 50, durability: transient_local}}
-"""
-NOTIFY = ["--address", PEER, "--multicast", GROUP, "--type", "std_msgs/msg/String"]
-
-
-def decoded(capture):
-    """The messages of a capture as `trestle decode` has them: segments put together, and none that cannot be read."""
-    done = subprocess.run([TRESTLE, "decode", "--reassemble", capture], stdout=subprocess.PIPE, timeout=PATIENCE)
-    return [one for one in map(json.loads, done.stdout.splitlines()) if "service" in one and "bytes" not in one and
-            (not one.get("tp") or one.get("reassembled"))]
 
 
 def header(data):
@@ -41,33 +18,7 @@ def header(data):
     return f"0x{data[:2].hex()}", f"0x{data[2:4].hex()}", data[16:].hex()
 
 
-class Record(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def run_record(self, *arguments, status=0):
-        done = subprocess.run([TRESTLE, "record", *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE)
-        self.assertEqual(done.returncode, status, done.stderr + done.stdout)
-        return done.stdout, done.stderr
-
-    def start(self, *command, **settings):
-        process = subprocess.Popen([TRESTLE, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **settings)
-
-        def end():
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
-        self.addCleanup(end)
-        return process
-
-    def wait(self, condition, what):
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            self.assertLess(time.monotonic(), end, what)
-            time.sleep(0.05)
-
+class Record(RecordTest):
     def test_a_capture_becomes_messages(self):
         for name in ("rr_udp", "rr_tcp_magic_cookies", "tp_event_small_to_256k", "sd_multicast_eventgroup",
                      "npdu_several_messages_per_datagram"):
@@ -165,22 +116,13 @@ class Record(unittest.TestCase):
         self.assertEqual(len(file.messages) + lost, len(decoded(CAPTURES / "tp_event_small_to_256k.pcap")))
 
     def test_records_both_sides_of_a_bridge_until_it_is_killed(self):
-        config = self.folder / "bridge.yaml"
-        config.write_text(head(BRIDGE) + ROUTE)
-        self.start("bridge", "-q", config)
-        sender = self.start("notify", "0x2222.1", "1", "0x8001", "data: hello", *NOTIFY, "--rate", "50", "-q")
+        config = self.start_bridge()
+        sender = self.start_events()
         target = self.folder / "both.mcap"
         recorder = self.start("record", "-o", target, "--config", config, "--interface", "lo", "--compression", "none",
                               "--pcapng", self.folder / "both.pcapng", "-q")
-
-        def found():
-            if not target.exists():
-                return {}
-            counts = {}
-            for topic, *_ in Mcap(target).messages:
-                counts[topic] = counts.get(topic, 0) + 1
-            return counts
-        self.wait(lambda: found().get("/text", 0) > 20 and found().get("/someip/0x2222/0x8001", 0) > 20, "nothing is recorded")
+        self.wait(lambda: min(self.counts(target).get(topic, 0) for topic in ("/text", "/someip/0x2222/0x8001")) > 20,
+                  "nothing is recorded")
         self.assertIsNone(recorder.poll())
         recorder.kill()
         recorder.wait()
@@ -189,7 +131,7 @@ class Record(unittest.TestCase):
         self.assertFalse(file.is_whole)
         text = [one for one in file.messages if one[0] == "/text"]
         for _, encoding, metadata, _, log_time, publish_time, data in text:
-            self.assertEqual((encoding, data[:14]), ("cdr", bytes.fromhex("00010000 06000000 68656c6c6f 00")))
+            self.assertEqual((encoding, data[:14]), ("cdr", HELLO))
             self.assertIn("durability: 1", metadata["offered_qos_profiles"])
             self.assertRegex(metadata["topic_type_hash"], "^RIHS01_[0-9a-f]{64}$")
             self.assertLessEqual(publish_time, log_time)
@@ -200,10 +142,8 @@ class Record(unittest.TestCase):
         self.assertIn(["0x2222", "0x8001"], [[one["service"], one["method"]] for one in decoded(self.folder / "both.pcapng")])
 
     def test_ends_with_a_bag_when_it_is_asked_to(self):
-        config = self.folder / "bridge.yaml"
-        config.write_text(head(BRIDGE) + ROUTE)
-        self.start("bridge", "-q", config)
-        self.start("notify", "0x2222.1", "1", "0x8001", "data: hello", *NOTIFY, "--rate", "50", "-q")
+        self.start_bridge()
+        self.start_events()
         bag = self.folder / "bag"
         environment = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
         recorder = self.start("record", "-o", bag, "--topics", "/te*", "--compression", "none", env=environment)
