@@ -21,6 +21,7 @@
 #include "bridge/carry/runtime/network_picture.hpp"
 #include "bridge/carry/runtime/node_config.hpp"
 #include "bridge/carry/runtime/node_counters.hpp"
+#include "bridge/carry/runtime/onlookers.hpp"
 #include "bridge/carry/runtime/participant_config.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
@@ -96,6 +97,7 @@ struct Bridge::State {
                 .publishers = &publishers},
         routes{make_routes(context, config, types), config},
         ways_back{config},
+        onlookers{*clock},
         file{config.file},
         someip_settings{config.someip},
         other_interface{other_interface_of(config.someip)},
@@ -265,6 +267,7 @@ struct Bridge::State {
   std::optional<DiscoveredRoutes> discovered;    ///< if there are patterns
   Routes routes;                                 ///< of the configuration and of the patterns
   WaysBack ways_back;
+  Onlookers onlookers;
   std::optional<SilenceWatch> silence;
   Surroundings around;  ///< of the last look of it
   const std::string file;
@@ -352,6 +355,21 @@ Picture Bridge::picture() const {
   append_networks(picture, *state.node, *state.participant);
   explain(picture);
   return picture;
+}
+
+std::optional<LookedAt> Bridge::look_at(std::size_t index) {
+  std::size_t at = 0;
+  for (const auto& [mark, route] : state_->routes) {
+    if (at++ == index) {
+      const Route* const what = route->looked_at();
+      return what == nullptr ? std::nullopt
+                             : std::optional<LookedAt>{{.name = what->topic,
+                                                        .type = what->type,
+                                                        .rules = what->rules,
+                                                        .newest = state_->onlookers.look(route)}};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace trestle::carry

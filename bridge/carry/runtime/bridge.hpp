@@ -11,6 +11,7 @@
 //   report.hpp              what a bridge reports about itself
 //   counters.hpp            counts what was carried and what was lost
 //   diagnostics.hpp         tells its state as ROS diagnostics
+//   onlookers.hpp           keeps the newest message of a route while somebody looks
 //   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates and
 //   latencies silence_watch.hpp       says why nothing comes on a route loop_guard.hpp          keeps
 //   messages from going round in a ring of bridges loop_check.hpp, suspected_loop.hpp   find such rings
@@ -19,13 +20,18 @@
 //
 // One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once
+#include <cstddef>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/report.hpp"
+#include "bridge/messages/convert/message_rules.hpp"
 #include "bridge/picture/picture.hpp"
+#include "bridge/picture/seen_message.hpp"
 
 namespace boost::asio {
 class io_context;
@@ -36,6 +42,14 @@ class TypeLibrary;
 }  // namespace trestle::messages
 
 namespace trestle::carry {
+
+/// A route at whose messages somebody looks.
+struct LookedAt {
+  std::string name;  ///< as in its picture
+  std::string type;
+  messages::MessageRules rules;
+  std::shared_ptr<const SeenMessage> newest;  ///< null: none has come since somebody looks
+};
 
 /// A running bridge: all routes of one configuration. Logs discovery to spdlog's default logger.
 /// Not thread-safe: use it on the thread that runs the io_context.
@@ -59,6 +73,11 @@ class Bridge {
   /// All of it at this moment: what status, console and metrics show. Costs some microseconds a route.
   /// Without the version of the program.
   [[nodiscard]] Picture picture() const;
+  /// The newest message of a route, which is kept from the first question until some seconds after the last
+  /// one.
+  /// @param route  its place in the picture.
+  /// @return nothing: there is no such route, or it carries no events.
+  [[nodiscard]] std::optional<LookedAt> look_at(std::size_t route);
 
  private:
   struct State;

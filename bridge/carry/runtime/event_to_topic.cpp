@@ -14,6 +14,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/calm_updates.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
+#include "bridge/carry/runtime/onlookers.hpp"
 #include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
@@ -140,6 +141,7 @@ class EventToTopic final : public RunningRoute {
   }
 
   [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
+  [[nodiscard]] const Route* looked_at() const override { return &route_; }
   [[nodiscard]] std::uint64_t received() const override { return received_; }
 
   [[nodiscard]] RoutePicture picture(const Surroundings& around) const override {
@@ -188,6 +190,9 @@ class EventToTopic final : public RunningRoute {
     const auto came = context_.clock.now();
     meter_.came(came);
     ++received_;
+    if (onlooker_ != nullptr) {
+      onlooker_->keep_payload(event.payload);
+    }
     if (comes_back(from)) {
       return;
     }

@@ -13,6 +13,8 @@
 
 namespace trestle::carry {
 
+class Onlooker;
+
 /// A route, method or getter of the configuration while it runs. Each kind has a file, named by what it does:
 /// topic_to_event, event_to_topic, service_to_method, method_to_service, getter_to_topic. (Fields and actions
 /// are made of these.) Made by make_routes(); then it joins SOME/IP, then DDS, before the io_context runs or
@@ -54,6 +56,11 @@ class RunningRoute : public Interface {
   /// What it is, and how it is now: all but counters, state and cause.
   [[nodiscard]] virtual RoutePicture picture(const Surroundings& around) const = 0;
 
+  /// What it carries, if its messages can be looked at; null if not.
+  [[nodiscard]] virtual const Route* looked_at() const { return nullptr; }
+  /// Each message that comes is shown to this one from now on. Null: to nobody.
+  void shown_to(Onlooker* onlooker) noexcept { onlooker_ = onlooker; }
+
  protected:
   RunningRoute() = default;
   /// @param checks  of what comes; nothing: none.
@@ -75,6 +82,7 @@ class RunningRoute : public Interface {
   }
 
   std::optional<E2eStatus> e2e_;
+  Onlooker* onlooker_ = nullptr;  ///< of messages that come, if somebody looks
 
  private:
   std::function<void()> changed_;

@@ -16,6 +16,7 @@
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/carry/runtime/conversion_log.hpp"
 #include "bridge/carry/runtime/loop_guard.hpp"
+#include "bridge/carry/runtime/onlookers.hpp"
 #include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -191,6 +192,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   }
 
   [[nodiscard]] const std::string* awaited() const override { return &route_.topic; }
+  [[nodiscard]] const Route* looked_at() const override { return &route_; }
 
   [[nodiscard]] std::uint64_t received() const override {
     const std::lock_guard lock{mutex_};
@@ -433,6 +435,9 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
       ++jobs_;
     }
     plan_.expect(sample.cdr(), idle_jobs_.back()->scratch);
+    if (onlooker_ != nullptr) {
+      onlooker_->keep_sample(sample.cdr());
+    }
     if (is_expired(sample)) {
       ++expired_;
       return;
