@@ -21,6 +21,7 @@
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/signals.hpp"
+#include "bridge/measure/demo/browser.hpp"
 #include "bridge/measure/demo/child.hpp"
 #include "bridge/measure/demo/figures.hpp"
 #include "bridge/measure/demo/screen.hpp"
@@ -31,12 +32,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// A UDP socket that is bound only to see whether it can be.
+/// A socket, of UDP unless told otherwise, that is bound only to see whether it can be.
 class ProbeSocket {
  public:
   /// @param port  0: the system chooses.
-  explicit ProbeSocket(std::uint16_t port, const char* address = "0.0.0.0")
-      : fd_{socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)} {
+  explicit ProbeSocket(std::uint16_t port, const char* address = "0.0.0.0", int type = SOCK_DGRAM)
+      : fd_{socket(AF_INET, type | SOCK_CLOEXEC, 0)} {
     sockaddr_in endpoint{};
     endpoint.sin_family = AF_INET;
     endpoint.sin_port = htons(port);
@@ -93,6 +94,13 @@ void choose_addresses(DemoNetwork& network) {
   }
 }
 
+/// The port that consoles have, or another one where that is taken.
+std::uint16_t console_port() {
+  constexpr std::uint16_t usual = 9464;
+  const std::uint16_t port = ProbeSocket{usual, "127.0.0.1", SOCK_STREAM}.port();
+  return port != 0 ? port : ProbeSocket{0, "127.0.0.1", SOCK_STREAM}.port();
+}
+
 DemoNetwork choose_network() {
   DemoNetwork network;
   // Two demos that start at once should not try the same domains in the same order, nor offer the same
@@ -102,6 +110,7 @@ DemoNetwork choose_network() {
   network.domain_b = free_domain(network.domain_a + 1);
   network.instance = static_cast<std::uint16_t>(1 + own % 0xfffe);
   network.port = ProbeSocket{0}.port();
+  network.console = console_port();
   choose_addresses(network);
   if (network.domain_a == network.domain_b || network.port == 0) {
     throw std::runtime_error{"no two free DDS domains, or no free UDP port, on this host"};
@@ -147,8 +156,13 @@ class Demo {
     const std::string domain_a = std::to_string(network.domain_a);
     const std::string domain_b = std::to_string(network.domain_b);
     const std::string fd = std::to_string(Child::report_fd);
-    start(Process::bridge_a, options.program,
-          {"bridge", "--quiet", "--report-fd", fd, folder_->write("bridge_a.yaml", bridge_a_yaml(network))});
+    std::vector<std::string> bridge_a{"bridge", "--quiet", "--report-fd", fd,
+                                      folder_->write("bridge_a.yaml", bridge_a_yaml(network))};
+    if (options.console) {
+      console_ = console_url(network);
+      bridge_a.insert(bridge_a.end(), {"--console", fmt::format("127.0.0.1:{}", network.console)});
+    }
+    start(Process::bridge_a, options.program, bridge_a);
     start(Process::bridge_b, options.program,
           {"bridge", "--quiet", "--report-fd", fd, folder_->write("bridge_b.yaml", bridge_b_yaml(network))});
     start(Process::subscriber, options.program, {"demo-subscriber", "--domain", domain_b, "--report-fd", fd});
@@ -169,6 +183,9 @@ class Demo {
     wait(options.discovery_limit, [&] { return figures_.discovered(); });
     if (figures_.discovered() && fault_.empty()) {
       folder_.reset();  // the bridges have read their configurations by now
+      if (!console_.empty()) {
+        open_in_browser(console_);
+      }
       if (options.duration) {
         wait(*options.duration, [] { return false; });
       } else {
@@ -198,11 +215,15 @@ class Demo {
  private:
   static std::string title(const DemoOptions& options, const DemoNetwork& network) {
     return fmt::format(
-        "Live lidar clouds ({}), {:g} a second:\n"
-        "  publisher --DDS domain {}--> bridge A {} --SOME/IP--> bridge B {} --DDS domain "
-        "{}--> subscriber\n",
-        options.inputs.empty() ? "synthetic scene" : fmt::format("{} files", options.inputs.size()),
-        options.rate_hz, network.domain_a, network.address_a, network.address_b, network.domain_b);
+               "Live lidar clouds ({}), {:g} a second:\n"
+               "  publisher --DDS domain {}--> bridge A {} --SOME/IP--> bridge B {} --DDS domain "
+               "{}--> subscriber\n",
+               options.inputs.empty() ? "synthetic scene" : fmt::format("{} files", options.inputs.size()),
+               options.rate_hz, network.domain_a, network.address_a, network.address_b, network.domain_b) +
+           (options.console ? fmt::format("  console of bridge A: {}\n", console_url(network)) : "");
+  }
+  static std::string console_url(const DemoNetwork& network) {
+    return fmt::format("http://127.0.0.1:{}/", network.console);
   }
 
   void start(Process process, const std::string& program, const std::vector<std::string>& arguments) {
@@ -298,8 +319,9 @@ class Demo {
   Screen screen_;
   Figures figures_;
   std::array<std::unique_ptr<Child>, process_count> children_;
-  std::string fault_;  ///< of a process
-  int stops_ = 0;      ///< how often somebody has asked to end
+  std::string console_;  ///< its address; empty: there is none
+  std::string fault_;    ///< of a process
+  int stops_ = 0;        ///< how often somebody has asked to end
   bool finishing_ = false;
 };
 

@@ -4,6 +4,7 @@
 //   child.hpp        one of these processes
 //   figures.hpp      what they report, put together; screen.hpp: shown to people
 //   endpoints.hpp    the processes at both ends
+//   browser.hpp      opens the console of a bridge
 //   lidar_scene.hpp  a made-up street; pcd.hpp: clouds from files
 //
 // docs/demo.md describes what it shows.
@@ -23,6 +24,7 @@ struct DemoOptions {
   double rate_hz = 10;
   std::vector<std::string> inputs;  ///< PCD files; empty: a synthetic scene
   std::string json_file;            ///< where the figures go; empty: nowhere
+  bool console = false;             ///< bridge A has one, and it is opened in the browser
   /// The program that the four processes run; it takes the arguments that `trestle` takes.
   std::string program = "/proc/self/exe";
   /// How long discovery may take.
@@ -49,6 +51,7 @@ struct DemoNetwork {
   std::string address_b = "127.0.0.2";
   std::uint16_t instance = 1;  ///< of the service: not that of another demo on this host
   std::uint16_t port = 0;      ///< of the offered service
+  std::uint16_t console = 0;   ///< TCP port of the console of bridge A, on 127.0.0.1
 };
 /// The configuration files of bridge A (DDS to SOME/IP) and bridge B (SOME/IP to DDS).
 [[nodiscard]] std::string bridge_a_yaml(const DemoNetwork& network);

@@ -22,6 +22,7 @@ void add_demo(CLI::App& app, int& status) {
       "1.\n\n"
       "Examples:\n"
       "  trestle demo\n"
+      "  trestle demo --console\n"
       "  trestle demo --seconds 20 --json figures.json\n"
       "  trestle demo --input street.pcd crossing.pcd --rate 20");
   const auto options = std::make_shared<demo::DemoOptions>();
@@ -38,6 +39,8 @@ void add_demo(CLI::App& app, int& status) {
       ->check(CLI::ExistingFile);
   cli::option(*command, "--rate", options->rate_hz, "HZ", "Clouds a second, 0.1 to 1000",
               CLI::Range(0.1, rate_max_hz));
+  command->add_flag("--console", options->console,
+                    "Show bridge A in the browser, with the cloud in 3D; the address is printed");
   command->callback([options, seconds, limit, &status] {
     if (limit->count() > 0) {
       options->duration = std::chrono::seconds{*seconds};
