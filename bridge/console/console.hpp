@@ -2,8 +2,10 @@
 #include <boost/asio/io_context.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "bridge/console/shown_message.hpp"
 #include "bridge/picture/picture.hpp"
 #include "someip/wire/endpoint.hpp"
 
@@ -20,15 +22,20 @@ struct ConsoleSettings {
   std::string token{};
 };
 
+/// The newest message of a route, by its place in the picture. Nothing: there is no such route, or it carries
+/// no events.
+using Newest = std::function<std::optional<ShownMessage>(std::size_t route)>;
+
 /// Answers GET of /metrics (Prometheus, OpenMetrics), /healthz, /readyz, /status.json and the page that shows
-/// these, from the thread that runs the io_context. Nothing can be changed by it, and texts are not made more
-/// often than FreshText says.
+/// these, from the thread that runs the io_context; and of /message?route=N (message_json()) and
+/// /sight?route=N (sight()) from one of its own, as these take a while. Nothing can be changed by it, and
+/// texts are not made more often than FreshText says.
 class Console {
  public:
-  /// @param look  gives the picture of now. @throws boost::system::system_error when nothing can listen
-  /// there.
+  /// @param look, newest  are asked on the thread that runs the io_context.
+  /// @throws boost::system::system_error when nothing can listen there.
   Console(boost::asio::io_context& io, const ConsoleSettings& settings,
-          const std::function<carry::Picture()>& look);
+          const std::function<carry::Picture()>& look, Newest newest);
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
@@ -37,8 +44,8 @@ class Console {
   [[nodiscard]] std::string url() const;
 
  private:
-  struct Texts;
-  std::shared_ptr<Texts> texts_;
+  struct Answers;
+  std::shared_ptr<Answers> answers_;
   std::unique_ptr<web::Server> server_;
 };
 

@@ -4,9 +4,11 @@
 //   status_socket.hpp  a bridge's end of that: answers with its picture
 //   fresh_text.hpp     texts that are not made more often than they are worth
 //   metrics.hpp        a picture as metrics, for Prometheus
-//   console.hpp        serves them, and whether the bridge is healthy and ready, over HTTP
+//   shown_message.hpp  the newest message of a route, as values and as bytes
+//   sight.hpp          what there is to see of it: points, pictures, positions, frames
+//   console.hpp        serves all of these over HTTP, with the page of bridge/web/assets/console
 //
-// Reads pictures (bridge/picture) alone; nothing here knows how they are made.
+// Reads pictures and copies of messages (bridge/picture) alone; nothing here knows how they are made.
 #pragma once
 #include <chrono>
 #include <cstddef>

@@ -158,8 +158,8 @@ class Runner {
  private:
   void start() {
     // The files of the types are read again too, because they may have changed.
-    messages::TypeLibrary types = messages::TypeLibrary::in(config_.types);
-    bridge_ = std::make_unique<Bridge>(io_, config_, types, report_);
+    types_.emplace(messages::TypeLibrary::in(config_.types));
+    bridge_ = std::make_unique<Bridge>(io_, config_, *types_, report_);
     try {
       open_console();
     } catch (...) {
@@ -188,7 +188,7 @@ class Runner {
     try {
       console_ = std::make_unique<console::Console>(
           io_, console::ConsoleSettings{settings->at, token_of(settings->token_file)},
-          [this] { return picture(); });
+          [this] { return picture(); }, [this](std::size_t route) { return newest(route); });
     } catch (const boost::system::system_error& error) {
       throw std::runtime_error{fmt::format("console: cannot listen at {}: {}",
                                            someip::to_string(settings->at), error.code().message())};
@@ -215,12 +215,24 @@ class Runner {
     return picture;
   }
 
+  // The newest message of a route.
+  [[nodiscard]] std::optional<console::ShownMessage> newest(std::size_t route) {
+    auto seen = bridge_ ? bridge_->look_at(route) : std::nullopt;
+    auto tree = seen ? types_->resolve(seen->type) : tl::unexpected{messages::TypeError{}};
+    if (!tree) {
+      return std::nullopt;
+    }
+    return console::ShownMessage{std::move(seen->name), std::move(seen->type), std::move(*tree),
+                                 std::move(seen->rules), std::move(seen->newest)};
+  }
+
   boost::asio::io_context& io_;
   std::string file_;
   std::string console_address_;  ///< of the command line
   Report report_;
   CounterOutput counters_;
   BridgeConfig config_;
+  std::optional<messages::TypeLibrary> types_;
   std::unique_ptr<Bridge> bridge_;
   std::unique_ptr<console::Console> console_;
   std::optional<console::StatusSocket> status_;

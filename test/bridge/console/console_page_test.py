@@ -1,32 +1,37 @@
 #!/usr/bin/env python3
 """The page of `trestle bridge --console` in a browser, with peers that are programs of their own.
 
-Usage: console_page_test.py TRESTLE
+Usage: console_page_test.py TRESTLE [--screenshot FILE.png]
 
-Without Chromium it is skipped (77); with TRESTLE_REQUIRE_PEERS=1, or =chromium, it fails."""
+With --screenshot it only makes the picture of docs/console.md. Without Chromium it is skipped (77); with
+TRESTLE_REQUIRE_PEERS=1, or =chromium, it fails."""
 import contextlib
 import http.client
 import os
 import pathlib
+import re
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent.parent), str(HERE.parent), str(HERE.parent / "web")]
 from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, head, log_until
-from browser import PATIENCE, Browser, needs_browser
+from browser import ELEMENT, PATIENCE, Browser, needs_browser
 
 program = sys.argv[1]
 ENVIRONMENT = {**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)}
+POINT = "geometry_msgs/msg/Point"
 LATCHED = ", qos: {durability: transient_local}"  # so that it is carried though nobody reads it
 FOCUS = "return document.activeElement.id || document.activeElement.textContent"
 
 
-def route(topic, service, direction="someip_to_dds", kind="geometry_msgs/msg/Point", more=""):
+def route(topic, service, direction="someip_to_dds", kind=POINT, more=""):
     return (f"  - {{topic: {topic}, type: {kind}, direction: {direction}, service: {service:#06x}, instance: 0x0001, "
             f"eventgroup: 0x0001, event: 0x8001{more}}}\n")
 
@@ -34,9 +39,10 @@ def route(topic, service, direction="someip_to_dds", kind="geometry_msgs/msg/Poi
 class Program:
     """A command that runs until the end of the test, or until it is ended. Its output is in a file."""
 
-    def __init__(self, test, *arguments):
+    def __init__(self, test, *arguments, environment=None):
         self.log = tempfile.TemporaryFile("w+")
-        self.process = subprocess.Popen([program, *map(str, arguments)], stdout=self.log, stderr=subprocess.STDOUT, env=ENVIRONMENT)
+        self.process = subprocess.Popen([program, *map(str, arguments)], stdout=self.log, stderr=subprocess.STDOUT,
+                                        env={**ENVIRONMENT, **(environment or {})})
         test.addCleanup(self.close)
 
     def end(self):
@@ -73,9 +79,19 @@ def bridge(test, routes, token=""):
     return started
 
 
-def notify(test, service, payload, *more):
-    """A SOME/IP server that sends an event ten times a second."""
-    return Program(test, "notify", f"{service:#06x}.1", "1", "0x8001", payload, "--address", PEER, "--multicast", GROUP, "--rate", "10", *more)
+def notify(test, service, payload, kind=""):
+    """A SOME/IP server that sends an event ten times a second: bytes, or values of a type."""
+    return Program(test, "notify", f"{service:#06x}.1", "1", "0x8001", payload, "--address", PEER, "--multicast", GROUP, "--rate", "10",
+                   *(["--type", kind] if kind else []))
+
+
+def png(width, height, colour):
+    """A picture of one colour. (W3C's PNG specification)"""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    rows = (b"\0" + bytes(colour) * width) * height
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 class Page(unittest.TestCase):
@@ -99,7 +115,7 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#graph", "no SOME/IP packet has come in")
         browser.wait_for_text("#causes", f"nobody else is in DDS domain {DOMAIN}")
         self.assertEqual(self.edges(), [2, 0])
-        server = notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", "--type", "geometry_msgs/msg/Point")
+        server = notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", POINT)
         browser.wait("an edge on which something flows", "return document.querySelectorAll('#graph .edge.good').length === 2")
         self.assertEqual(self.edges(), [1, 2])
         browser.wait_for_text("#graph", PEER)
@@ -120,7 +136,7 @@ class Page(unittest.TestCase):
     def test_shows_one_route(self):
         browser = self.browser
         url = bridge(self, route("/in", 0x2222, more=LATCHED)).url
-        good = notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", "--type", "geometry_msgs/msg/Point")
+        good = notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", POINT)
         browser.open(url + "#routes")
         browser.wait_for_text("#route-table", "flowing")
         self.assertEqual(browser.text("#route-count"), "1 route")
@@ -135,6 +151,115 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#route td.warn", "")
         browser.wait_for_text("#route", "not_convertible")
         self.assertNotIn("Nothing was lost.", browser.run("return document.getElementById('route').innerText"))
+
+    def see(self, kind, values):
+        """Opens the page of a route to which such messages come."""
+        started = bridge(self, route("/seen", 0x2222, kind=kind, more=LATCHED))
+        notify(self, 0x2222, values, kind)
+        self.browser.open(started.url + "#routes")
+        self.browser.wait_for_text("#route-table", "flowing")
+        self.browser.click("#route-table a")
+        return self.browser
+
+    def test_shows_the_newest_message_with_its_bytes(self):
+        browser = self.see(POINT, "{x: 1.5, y: -2, z: 3}")
+        browser.wait_for_text("#message .values", "x: 1.5\ny: -2.0\nz: 3.0")
+        rows = browser.run("return [...document.querySelectorAll('#message tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent.trim()))")
+        self.assertEqual([(row[0], row[1], row[2], row[4]) for row in rows],
+                         [("0", "3f f8 00 00 00 00 00 00", "x", "1.5"), ("8", "c0 00 00 00 00 00 00 00", "y", "-2"), ("16", "40 08 00 00 00 00 00 00", "z", "3")])
+        self.assertTrue(browser.run("return document.getElementById('sight') === null"))
+
+    def test_shows_what_cannot_be_carried(self):
+        started = bridge(self, route("/in", 0x2222, more=LATCHED))
+        notify(self, 0x2222, "3f f8 00 00 00 00 00 00 01")
+        browser = self.browser
+        browser.open(started.url + "#routes")
+        browser.wait_for_text("#route-table", "failing")
+        browser.click("#route-table a")
+        browser.wait_for_text("#message .bad", "It cannot be carried")
+        browser.wait_for_text("#message tbody", "1.5")
+
+    def test_turns_a_cloud(self):
+        points = b"".join(struct.pack("<ffff", *one) for one in ((0, 0, 0, 1), (4, 0, 0, 2), (0, 3, 1, 3), (float("nan"), 0, 0, 0)))
+        fields = ", ".join(f"{{name: {name}, offset: {4 * i}, datatype: 7, count: 1}}" for i, name in enumerate(("x", "y", "z", "intensity")))
+        browser = self.see("sensor_msgs/msg/PointCloud2", "{header: {frame_id: lidar}, height: 1, width: 4, point_step: 16, row_step: 64, "
+                           f"fields: [{fields}], data: 'hex:{points.hex()}'}}")
+        browser.wait_for_text("#sight-words", "3 points, 1 nowhere, in lidar")
+        pixels = "return document.querySelector('canvas.scene').toDataURL()"
+        drawn = browser.run(pixels)
+        self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "3")
+        time.sleep(0.5)
+        self.assertEqual(browser.run(pixels), drawn, "the same cloud looks the same")
+        canvas = {ELEMENT: browser.find("canvas.scene")}
+        move = lambda x: {"type": "pointerMove", "duration": 50, "origin": canvas, "x": x, "y": 0}
+        browser.ask("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [
+            move(0), {"type": "pointerDown", "button": 0}, move(30), move(90), {"type": "pointerUp", "button": 0}]}]})
+        dragged = browser.run(pixels)
+        self.assertNotEqual(dragged, drawn)
+        browser.run("document.querySelector('canvas.scene').focus()")
+        browser.keys("UP")
+        turned = browser.run(pixels)
+        self.assertNotEqual(turned, dragged)
+        browser.keys("+")
+        near = browser.run(pixels)
+        self.assertNotEqual(near, turned)
+        browser.run("const by = document.querySelector('#sight select'); by.value = 'value'; by.onchange()")
+        self.assertNotEqual(browser.run(pixels), near)
+
+    def colour(self, browser):
+        """Of a pixel in the middle of the picture."""
+        return browser.run("const canvas = document.querySelector('canvas.picture'); if (!canvas) return null;"
+                           "return [...canvas.getContext('2d').getImageData(canvas.width >> 1, canvas.height >> 1, 1, 1).data]")
+
+    def test_shows_a_picture(self):
+        browser = self.see("sensor_msgs/msg/Image", f"{{height: 4, width: 4, step: 12, encoding: bgr8, data: 'hex:{'1040a0' * 16}'}}")
+        browser.wait_for_text("#sight-words", "4 × 4, bgr8")
+        self.assertEqual(self.colour(browser), [0xA0, 0x40, 0x10, 255])
+
+    def test_shows_a_compressed_picture(self):
+        browser = self.see("sensor_msgs/msg/CompressedImage", f"{{format: png, data: 'hex:{png(8, 6, (10, 200, 30)).hex()}'}}")
+        browser.wait_for_text("#sight-words", "8 × 6, png")
+        self.assertEqual(self.colour(browser), [10, 200, 30, 255])
+
+    def test_shows_a_track(self):
+        browser = self.see("sensor_msgs/msg/NavSatFix", "{latitude: 48.7, longitude: 9.1, altitude: 250}")
+        browser.wait_for_text("#sight-words", "48.7000000°, 9.1000000°, 250.0 m")
+        self.assertEqual(browser.run("return document.querySelectorAll('#sight .track circle[cx]').length"), 1)
+
+    def test_shows_frames(self):
+        browser = self.see("tf2_msgs/msg/TFMessage", "{transforms: [{header: {frame_id: map}, child_frame_id: car, transform: "
+                           "{translation: {x: 1}, rotation: {w: 1}}}, {header: {frame_id: car}, child_frame_id: lidar, transform: {rotation: {w: 1}}}]}")
+        browser.wait_for_text("#sight-words", "2 frames below map")
+        self.assertIn("car → lidar", browser.text("#sight"))
+
+    def test_shows_the_clouds_of_the_demo_moving(self):
+        # A screen and something that opens pages, as far as the demo can tell.
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        opener, opened = pathlib.Path(folder.name) / "xdg-open", pathlib.Path(folder.name) / "opened"
+        opener.write_text(f'#!/bin/sh\necho "$1" >{opened}\n')
+        opener.chmod(0o755)
+        demo = Program(self, "demo", "--console", environment={"DISPLAY": ":none", "PATH": f"{folder.name}:{os.environ['PATH']}"})
+        log_until(demo.log, "console of bridge A: ")
+        url = re.search(r"console of bridge A: (http://127\.0\.0\.1:\d+/)\n", demo.text())[1]
+        end = time.monotonic() + PATIENCE
+        while not (opened.exists() and opened.read_text()):
+            self.assertLess(time.monotonic(), end, demo.text())
+            time.sleep(0.05)
+        self.assertEqual(opened.read_text(), url + "\n")
+        browser = self.browser
+        browser.open(url)
+        browser.wait_for_text("#graph", "flowing")
+        browser.run("location.hash = document.querySelector('#graph a').getAttribute('href')")
+        browser.wait_for_text("#sight-words", "131,072 points, in ")  # as many as the scene of the demo has
+        self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "131072")
+        pixels = "return document.querySelector('canvas.scene').toDataURL()"
+        first = browser.run(pixels)
+        browser.wait("another picture", "return document.querySelector('canvas.scene').toDataURL() !== arguments[0]", first)
+        browser.wait_for_text("#message tbody", "height")
+        browser.wait("columns of both histograms", "return [...document.querySelectorAll('#route .chart')].filter((one) => one.querySelector('rect')).length === 2")
+        demo.end()
+        self.assertIn("lost 0", demo.text())
 
     def test_finds_one_of_a_thousand(self):
         browser = self.browser
@@ -238,6 +363,27 @@ class Page(unittest.TestCase):
         self.assertEqual([one for one in asked if not one.startswith((url, "data:"))], [])
 
 
+def make_picture(file):
+    """The cloud of the demo, for the documents."""
+    test = unittest.TestCase()
+    try:
+        with Browser(1500, 1180) as browser:
+            demo = Program(test, "demo", "--console")
+            log_until(demo.log, "console of bridge A: ")
+            browser.open(re.search(r"console of bridge A: (\S+)", demo.text())[1])
+            browser.wait_for_text("#graph", "flowing")
+            browser.run("location.hash = document.querySelector('#graph a').getAttribute('href')")
+            browser.wait_for_text("#sight-words", "points")
+            browser.wait_for_text("#message tbody", "height")
+            time.sleep(10)  # a line of rates
+            browser.screenshot(file)
+    finally:
+        test.doCleanups()
+
+
 if __name__ == "__main__":
     needs_browser()
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    if "--screenshot" in sys.argv:
+        make_picture(sys.argv[sys.argv.index("--screenshot") + 1])
+    else:
+        unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -9,6 +9,9 @@
 #include <optional>
 #include <thread>
 
+#include "bridge/messages/types/type_library.hpp"
+#include "test/bytes.hpp"
+
 namespace trestle::console {
 namespace {
 
@@ -27,8 +30,9 @@ class ConsoleTest : public testing::Test {
     }
   }
   void start(std::string token = {}) {
-    console_.emplace(io_, ConsoleSettings{Endpoint{IpAddress::v4(127, 0, 0, 1), 0}, std::move(token)},
-                     [this] { return picture_; });
+    console_.emplace(
+        io_, ConsoleSettings{Endpoint{IpAddress::v4(127, 0, 0, 1), 0}, std::move(token)},
+        [this] { return picture_; }, [this](std::size_t route) { return newest(route); });
     const std::string url = console_->url();
     port_ = url.substr(url.rfind(':') + 1);
     port_.pop_back();
@@ -48,8 +52,19 @@ class ConsoleTest : public testing::Test {
     return answer;
   }
 
+  /// Route 0 is /talk, route 1 /cloud; of route 2 nothing can be looked at.
+  [[nodiscard]] std::optional<ShownMessage> newest(std::size_t route) {
+    if (route > 1) {
+      return std::nullopt;
+    }
+    const std::string type = route == 0 ? "std_msgs/msg/String" : "sensor_msgs/msg/PointCloud2";
+    return ShownMessage{route == 0 ? "/talk" : "/cloud", type, *types_.resolve(type), {}, newest_};
+  }
+
   boost::asio::io_context io_;
   carry::Picture picture_;
+  messages::TypeLibrary types_;
+  std::shared_ptr<const carry::SeenMessage> newest_;
   std::optional<Console> console_;
   std::string port_;
   std::thread thread_;
@@ -74,6 +89,32 @@ TEST_F(ConsoleTest, ServesItsPageAndNoOther) {
   EXPECT_THAT(get("/console/page.js"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("text/javascript")));
   EXPECT_THAT(get("/generate/page.js", "Authorization: Bearer a secret of many letters\r\n"),
               StartsWith("HTTP/1.1 404"));
+}
+
+TEST_F(ConsoleTest, ShowsTheNewestMessageOfARoute) {
+  start();
+  EXPECT_THAT(get("/message?route=0"),
+              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr(R"({"route":"/talk",)"), Not(HasSubstr("at_ns"))));
+  EXPECT_THAT(get("/sight?route=1"), StartsWith("HTTP/1.1 204")) << "none has come yet";
+  newest_ = std::make_shared<carry::SeenMessage>(carry::SeenMessage{
+      .is_cdr = true, .bytes = test::hex("00010000 06000000 68656c6c6f 00"), .size = 14, .at_ns = 4711});
+  EXPECT_THAT(get("/message?route=0"),
+              AllOf(StartsWith("HTTP/1.1 200"), HasSubstr("\"at_ns\":4711"), HasSubstr("data: hello")));
+}
+
+TEST_F(ConsoleTest, SaysWhatCannotBeLookedAt) {
+  start();
+  EXPECT_THAT(get("/message?route=2"), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(get("/message?route=1x"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(get("/message?route=99999999999999999999999"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(get("/message"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(get("/sight?route=0"), AllOf(StartsWith("HTTP/1.1 404"), HasSubstr("nothing to see")));
+}
+
+TEST_F(ConsoleTest, ShowsMessagesToThoseAloneWhoHaveTheToken) {
+  start("a secret of many letters");
+  EXPECT_THAT(get("/message?route=0"), StartsWith("HTTP/1.1 401"));
+  EXPECT_THAT(get("/sight?route=1"), StartsWith("HTTP/1.1 401"));
 }
 
 TEST_F(ConsoleTest, SaysWhetherTheBridgeIsHealthyAndReady) {

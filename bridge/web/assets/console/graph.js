@@ -10,6 +10,8 @@ const WIDTH = 1190;
 const ROW = 46;
 const HIGH = 34;
 
+const ARROW = {viewBox: "0 0 8 8", refX: 8, refY: 4, markerWidth: 9, markerHeight: 9, markerUnits: "userSpaceOnUse", orient: "auto"};
+
 const serviceKey = (service, instance) => `${hex(service)}.${hex(instance)}`;
 
 /// What to draw, without places: {hosts, services, topics, routes, edges}.
@@ -40,8 +42,9 @@ function shape(routes, picture) {
   const subscribed = picture.someip.hosts.filter((host) => host.subscribed > 0);
   for (const [service, node] of nodes.service) {
     if (!node.own || !node.routes.some((route) => route.someip.subscribers > 0)) continue;
+    const maybe = subscribed.length > 1;
     for (const host of subscribed) {
-      edges.push({from: ["service", service], to: ["host", host.address], about: subscribed.length > 1 ? "may be a subscriber" : "subscribes", maybe: subscribed.length > 1});
+      edges.push({from: ["service", service], to: ["host", host.address], about: maybe ? "may be a subscriber" : "subscribes", maybe});
     }
   }
   return {nodes, edges};
@@ -97,12 +100,13 @@ export class Graph {
     let bottom = Math.max(height, spread("service", [...nodes.service].map(([key, node]) => [key, middle(node)])));
     bottom = Math.max(bottom, spread("topic", [...nodes.topic].map(([key, node]) => [key, middle(node)])));
     bottom = Math.max(bottom, spread("host", hosts.map((key, i) => {
-      const services = edges.flatMap(({from, to}) => from[1] === key ? [to[1]] : to[1] === key ? [from[1]] : []).map((service) => at.service.get(service)).filter((one) => one !== undefined);
+      const others = edges.flatMap(({from, to}) => from[1] === key ? [to[1]] : to[1] === key ? [from[1]] : []);
+      const services = others.map((service) => at.service.get(service)).filter((one) => one !== undefined);
       return [key, services.length > 0 ? services.reduce((sum, one) => sum + one, 0) / services.length : 34 + i * ROW];
     })));
 
     const root = svg("svg", {viewBox: `0 0 ${WIDTH} ${bottom + 10}`, width: WIDTH, role: "group", "aria-label": "Network"},
-      svg("defs", {}, ...["plain", "good", "bad"].map((kind) => svg("marker", {id: `arrow-${kind}`, class: kind, viewBox: "0 0 8 8", refX: 8, refY: 4, markerWidth: 9, markerHeight: 9, markerUnits: "userSpaceOnUse", orient: "auto"},
+      svg("defs", {}, ...["plain", "good", "bad"].map((kind) => svg("marker", {id: `arrow-${kind}`, class: kind, ...ARROW},
         svg("path", {d: "M0 0 L8 4 L0 8 z"})))));
     for (const [column, title] of [["host", "SOME/IP hosts"], ["service", "Services"], ["route", "Routes"], ["topic", "DDS topics"]]) {
       root.append(svg("text", {x: COLUMNS[column][0], y: 18, class: "column"}, title));
@@ -165,16 +169,17 @@ export class Graph {
     const y = at.route.get(key);
     const state = svg("text", {x: 8, y: 14});
     const rate = svg("text", {x: 8, y: 28, class: "small"});
-    const box = this.box("route", y, state, rate, svg("text", {x: COLUMNS.route[1] - 8, y: 14, "text-anchor": "end", class: "id small"}, route.kind === "pattern" ? "pattern" : hex(route.member)));
-    const link = svg("a", {href: linkOf(route), "data-key": key}, box);
+    const id = svg("text", {x: COLUMNS.route[1] - 8, y: 14, "text-anchor": "end", class: "id small"}, route.kind === "pattern" ? "pattern" : hex(route.member));
+    const link = svg("a", {href: linkOf(route), "data-key": key}, this.box("route", y, state, rate, id));
     boxes.append(link);
 
     const toDds = route.direction !== "dds_to_someip";
     const service = ["service", `${hex(route.service)}.${hex(route.instance)}`];
-    const ends = {someip: route.kind === "pattern" ? null : toDds ? [service, ["route", key]] : [["route", key], service], dds: toDds ? [["route", key], ["topic", route.name]] : [["topic", route.name], ["route", key]]};
+    const [self, topic] = [["route", key], ["topic", route.name]];
+    const ends = toDds ? {someip: [service, self], dds: [self, topic]} : {someip: [self, service], dds: [topic, self]};
+    if (route.kind === "pattern") delete ends.someip;
     const paths = {};
     for (const [side, end] of Object.entries(ends)) {
-      if (!end) continue;
       paths[side] = svg("path", {d: this.curve(at, ...end)});
       lines.append(paths[side]);
     }

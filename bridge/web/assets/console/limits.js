@@ -1,6 +1,6 @@
 // Who else is there in both networks, how full the limits of the bridge are, and what was counted for all routes.
 import {make} from "/parts.js";
-import {ago, fill, hex, table, whole} from "/console/text.js";
+import {ago, fill, mono, numeric, serviceOf, table, whole} from "/console/text.js";
 
 const panel = (title, ...children) => make("div", {className: "panel"}, make("h2", {textContent: title}), ...children);
 
@@ -20,19 +20,21 @@ export class Limits {
   show(picture) {
     const {someip, dds} = picture;
     this.facts.textContent = `${someip.address}${someip.interface ? ` (${someip.interface})` : ""}, service discovery at port ${someip.port}; ` +
-      `${whole(someip.discovery_received)} messages of it heard, ${whole(someip.reboots)} restarts of others. DDS domain ${dds.domain}, ${whole(dds.writers)} writers of others. Process ${picture.pid}, trestle ${picture.program}.`;
+      `${whole(someip.discovery_received)} messages of it heard, ${whole(someip.reboots)} restarts of others. ` +
+      `DDS domain ${dds.domain}, ${whole(dds.writers)} writers of others. Process ${picture.pid}, trestle ${picture.program}.`;
     fill(this.hosts.body, someip.hosts.map((one) => [one.address, String(one.port), `${ago(one.seen_s)} ago`, String(one.offers), String(one.subscribed)]));
-    fill(this.offers.body, someip.offers.map((one) => [{text: `${hex(one.service)}.${hex(one.instance)}`, className: "mono"}, `${one.major}.${one.minor}`, one.host]));
-    fill(this.own.body, someip.own_offers.map((one) => [{text: `${hex(one.service)}.${hex(one.instance)}`, className: "mono"}, `${one.major}.${one.minor}`,
-      [one.udp_port && `UDP ${one.udp_port}`, one.tcp_port && `TCP ${one.tcp_port}`].filter(Boolean).join(", "), one.offered ? {text: "offered", className: "good"} : {text: "not offered", className: "faint"}]));
-    fill(this.participants.body, dds.participants.map((one) => [one.name, {text: one.guid, className: "mono"}, one.addresses.join(", ")]));
+    fill(this.offers.body, someip.offers.map((one) => [mono(serviceOf(one)), `${one.major}.${one.minor}`, one.host]));
+    fill(this.own.body, someip.own_offers.map((one) => [mono(serviceOf(one)), `${one.major}.${one.minor}`,
+      [one.udp_port && `UDP ${one.udp_port}`, one.tcp_port && `TCP ${one.tcp_port}`].filter(Boolean).join(", "),
+      one.offered ? {text: "offered", className: "good"} : {text: "not offered", className: "faint"}]));
+    fill(this.participants.body, dds.participants.map((one) => [one.name, mono(one.guid), one.addresses.join(", ")]));
     fill(this.limits.body, picture.limits.map((one, i) => {
       const row = this.limits.body.rows[i];
       const meter = row && row.querySelector("meter") || make("meter", {"aria-label": one.name});
       Object.assign(meter, {max: Math.max(1, one.limit), high: 0.8 * one.limit, value: one.used});
-      return [{text: one.name, className: "mono"}, meter, {text: whole(one.used), className: "number"}, {text: whole(one.limit), className: "number"}];
+      return [mono(one.name), meter, numeric(whole(one.used)), numeric(whole(one.limit))];
     }));
     fill(this.counters.body, picture.counters.flatMap((group) => group.counters.filter((one) => one.count > 0).map((one) =>
-      [group.name, {text: one.name, className: one.kind === "loss" ? "mono warn" : "mono"}, {text: whole(one.count), className: "number"}])));
+      [group.name, {text: one.name, className: one.kind === "loss" ? "mono warn" : "mono"}, numeric(whole(one.count))])));
   }
 }

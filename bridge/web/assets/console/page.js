@@ -5,7 +5,7 @@ import {Graph, MOST} from "/console/graph.js";
 import {History, arrowOf, idsOf, lastText, linkOf, matches, rateText, stateClass, wordsOf} from "/console/picture.js";
 import {Limits} from "/console/limits.js";
 import {RoutePage} from "/console/route.js";
-import {ago, fill, figure, put, whole} from "/console/text.js";
+import {ago, counted, figure, fill, mono, numeric, put, whole} from "/console/text.js";
 
 const EVERY = 1000;  // ms
 const ROWS = 50;     // of a page of the list of routes
@@ -38,10 +38,20 @@ const route = new RoutePage($("route"), get);
 
 const VIEWS = ["network", "routes", "limits", "route"];
 
-function go() {
+/// What stands behind "#": a view, and of "route" which one.
+function wanted() {
   const [view, key] = location.hash.slice(1).split("/");
-  page.view = VIEWS.includes(view) ? view : "network";
-  route.choose(page.view === "route" ? decodeURIComponent(key || "") : "");
+  try {
+    return {view: VIEWS.includes(view) ? view : "network", key: decodeURIComponent(key || "")};
+  } catch {
+    return {view: "network", key: ""};  // badly encoded
+  }
+}
+
+function go() {
+  const {view, key} = wanted();
+  page.view = view;
+  route.choose(view === "route" ? key : "");
   for (const name of VIEWS) $(name).hidden = name !== page.view || !page.picture;
   for (const link of document.querySelectorAll("nav a")) {
     const here = link.hash === `#${page.view}` || (page.view === "route" && link.hash === "#routes");
@@ -67,7 +77,8 @@ function showNetwork(picture) {
   const words = wordsOf($("graph-filter").value);
   const wanted = picture.routes.filter((one) => matches(one, words));
   const shown = graph.show(wanted, picture);
-  put($("graph-count"), shown < picture.routes.length ? `${shown} of ${whole(picture.routes.length)} routes${wanted.length > MOST ? ", those with a cause first" : ""}` : "");
+  const all = counted(picture.routes.length, "route");
+  put($("graph-count"), shown < picture.routes.length ? `${shown} of ${all}${wanted.length > MOST ? ", those with a cause first" : ""}` : "");
   const causes = wanted.filter((one) => one.cause.words !== "").slice(0, 2 * MOST);
   const list = $("causes");
   while (list.children.length > Math.max(1, causes.length)) list.lastChild.remove();
@@ -137,7 +148,7 @@ function showRoutes(picture) {
   }
   page.first = Math.max(0, Math.min(page.first, Math.floor((found.length - 1) / ROWS) * ROWS));
   const seen = found.slice(page.first, page.first + ROWS);
-  put($("route-count"), found.length === picture.routes.length ? `${whole(found.length)} ${found.length === 1 ? "route" : "routes"}` : `${whole(found.length)} of ${whole(picture.routes.length)} routes`);
+  put($("route-count"), `${found.length === picture.routes.length ? "" : `${whole(found.length)} of `}${counted(picture.routes.length, "route")}`);
   put($("page-number"), found.length > ROWS ? `${page.first + 1} – ${page.first + seen.length}` : "");
   $("before").hidden = $("after").hidden = found.length <= ROWS;
   $("before").disabled = page.first === 0;
@@ -148,9 +159,9 @@ function showRoutes(picture) {
     const link = row && row.querySelector("a") || make("a");
     if (link.getAttribute("href") !== linkOf(one)) link.href = linkOf(one);
     put(link, one.name);
-    return [link, arrowOf(one), {text: idsOf(one), className: "mono"}, {text: one.state, className: stateClass[one.state]},
-      {text: one.kind === "pattern" ? rateText(one) : figure(one.per_second), className: "number"}, {text: figure(one.bytes_per_second / 1e6), className: "number"},
-      {text: lastText(one, picture), className: "number"}, {text: lossOf(one) ? whole(lossOf(one)) : "–", className: lossOf(one) ? "number warn" : "number"},
+    return [link, arrowOf(one), mono(idsOf(one)), {text: one.state, className: stateClass[one.state]},
+      numeric(one.kind === "pattern" ? rateText(one) : figure(one.per_second)), numeric(figure(one.bytes_per_second / 1e6)),
+      numeric(lastText(one, picture)), numeric(lossOf(one) ? whole(lossOf(one)) : "–", lossOf(one) ? "warn" : ""),
       {text: one.cause.words, className: "bad words"}];
   }));
 }
@@ -174,7 +185,9 @@ async function look() {
       const {picture} = page;
       const flowing = picture.routes.filter((one) => one.state === "flowing").length;
       const failing = picture.routes.filter((one) => one.state === "failing").length;
-      state(`${picture.stopping ? "stopping" : `running for ${ago(picture.running_s)}`}, ${flowing} of ${whole(picture.routes.length)} routes flow${failing ? `, ${failing} fail` : ""}`, failing ? "bad" : "faint");
+      const running = picture.stopping ? "stopping" : `running for ${ago(picture.running_s)}`;
+      const flow = `${flowing} of ${counted(picture.routes.length, "route")} flow`;
+      state(`${running}, ${flow}${failing ? `, ${failing} fail` : ""}`, failing ? "bad" : "faint");
       if (first) go();
       else show();
     }

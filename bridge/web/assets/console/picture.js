@@ -20,7 +20,8 @@ export const sideOf = (route) => route.cause.words === "" ? "" : AT_SOMEIP.has(r
 /// Whether all of the words are somewhere in it.
 export function matches(route, words) {
   if (words.length === 0) return true;
-  const text = `${route.name} ${route.type} ${idsOf(route)} ${route.state} ${route.cause.name} ${route.cause.words} ${route.direction} ${route.kind}`.toLowerCase();
+  const {name, type, state, cause, direction, kind} = route;
+  const text = [name, type, idsOf(route), state, cause.name, cause.words, direction, kind].join(" ").toLowerCase();
   return words.every((word) => text.includes(word));
 }
 export const wordsOf = (text) => text.toLowerCase().split(/\s+/).filter(Boolean);

@@ -1,7 +1,9 @@
 // The page of one route: how fast it is, what it loses and why, and what both sides ask for.
 import {make} from "/parts.js";
+import {KINDS, MessagePanel} from "/console/message.js";
+import {SIGHTS, SightPanel} from "/console/sight.js";
 import {arrowOf, idsOf, keyOf, lastText, rateText, stateClass} from "/console/picture.js";
-import {ago, duration, figure, fill, hex, put, size, svg, table, whole} from "/console/text.js";
+import {ago, counted, duration, figure, fill, hex, mono, numeric, put, serviceOf, size, svg, table, whole} from "/console/text.js";
 
 const panel = (title, ...children) => make("div", {className: "panel"}, make("h2", {textContent: title}), ...children);
 
@@ -16,13 +18,15 @@ class RateLine {
   constructor() {
     this.line = svg("polyline", {class: "rate"});
     this.most = svg("text", {x: 4, y: 12, class: "small"});
-    this.element = svg("svg", {viewBox: "0 0 480 90", class: "chart", role: "img", "aria-label": "Messages a second in the last minutes"}, this.line, this.most);
+    this.element = svg("svg", {viewBox: "0 0 480 90", class: "chart", role: "img", "aria-label": "Messages a second in the last minutes"},
+      this.line, this.most);
   }
   show(rates) {
     const most = Math.max(1e-9, ...rates.map((one) => one.rate));
     const end = rates.length > 0 ? rates[rates.length - 1].at : 0;
     this.line.setAttribute("points", rates.map((one) => `${(480 - 4 * (end - one.at)).toFixed(1)},${(86 - 70 * one.rate / most).toFixed(1)}`).join(" "));
-    put(this.most, rates.some((one) => one.rate > 0) ? `at most ${figure(most)} /s in the last ${ago(end - rates[0].at)}` : "nothing was carried while this page was open");
+    const any = rates.some((one) => one.rate > 0);
+    put(this.most, any ? `at most ${figure(most)} /s in the last ${ago(end - rates[0].at)}` : "nothing was carried while this page was open");
   }
 }
 
@@ -37,8 +41,8 @@ class LatencyChart {
     this.drawn = "";
   }
   show(latency) {
-    const words = latency.count === 0 ? "none yet" : `${whole(latency.count)} messages: p50 ${duration(latency.p50_ns)}, p90 ${duration(latency.p90_ns)}, p99 ${duration(latency.p99_ns)}, ` +
-      `p99.9 ${duration(latency.p999_ns)}; ${duration(latency.min_ns)} to ${duration(latency.max_ns)}`;
+    const words = latency.count === 0 ? "none yet" : `${counted(latency.count, "message")}: p50 ${duration(latency.p50_ns)}, ` +
+      `p90 ${duration(latency.p90_ns)}, p99 ${duration(latency.p99_ns)}, p99.9 ${duration(latency.p999_ns)}; ${duration(latency.min_ns)} to ${duration(latency.max_ns)}`;
     if (words === this.drawn) return;
     this.drawn = words;
     put(this.words, words);
@@ -68,27 +72,38 @@ export class RoutePage {
     this.get = get;
     this.key = "";
     this.built = "";
+    this.live = [];  // panels that ask for messages
   }
 
   /// @param key  of the route; empty: none
   choose(key) {
+    if (key !== this.key) this.leave();
     this.key = key;
   }
 
+  leave() {
+    for (const one of this.live) one.stop();
+    this.live = [];
+    this.built = "";
+  }
+
   show(picture, history) {
-    const route = picture.routes.find((one) => keyOf(one) === this.key);
-    if (!route) {
+    const index = picture.routes.findIndex((one) => keyOf(one) === this.key);
+    if (index < 0) {
+      this.leave();
       this.place.replaceChildren(make("p", {className: "panel", textContent: "The bridge has no such route now."}));
-      this.built = "";
       return;
     }
+    const route = picture.routes[index];
     if (this.built !== this.key) this.build(route);
+    for (const one of this.live) one.show(route, index);
     put(this.state, route.state, stateClass[route.state]);
     put(this.cause, route.cause.words);
     this.cause.hidden = route.cause.words === "";
     put(this.rate, rateText(route));
     put(this.last, route.last_ns === 0 ? "no message has come" : `the last one ${lastText(route, picture)} ago`);
-    put(this.sums, `${whole(route.received)} came, ${whole(route.carried)} were carried (${size(route.bytes)})${route.limit ? `; ${route.in_use} of ${route.limit} wait` : ""}`);
+    const wait = route.limit ? `; ${route.in_use} of ${route.limit} wait` : "";
+    put(this.sums, `${whole(route.received)} came, ${whole(route.carried)} were carried (${size(route.bytes)})${wait}`);
     this.rates.show(history.of(this.key));
     this.conversion.show(route.conversion);
     this.path.show(route.path);
@@ -96,21 +111,24 @@ export class RoutePage {
     const drops = of(["loss", "doubt"]);
     this.noDrops.hidden = drops.length > 0;
     this.drops.element.hidden = drops.length === 0;
-    fill(this.drops.body, drops.map((one) => [{text: one.name, className: "mono"}, {text: whole(one.count), className: "number warn"}, one.kind === "doubt" ? "perhaps lost" : ""]));
-    fill(this.counters.body, of(["traffic", "now"]).map((one) => [{text: one.name, className: "mono"}, {text: whole(one.count), className: "number"}]));
+    fill(this.drops.body, drops.map((one) => [mono(one.name), numeric(whole(one.count), "warn"), one.kind === "doubt" ? "perhaps lost" : ""]));
+    fill(this.counters.body, of(["traffic", "now"]).map((one) => [mono(one.name), numeric(whole(one.count))]));
     const dds = route.dds;
     const toSomeip = route.direction === "dds_to_someip";
     fill(this.qos.body, [[toSomeip ? "this route reads" : "this route writes", route.type, qosText(dds.qos)],
-      ...dds.writers.map((one) => [`${one.node || "a publisher"}${one.bridge ? " (a bridge)" : ""}${one.refused ? " (refused)" : ""}`, one.type, qosText(one.qos)])]);
-    put(this.matched, `${whole(dds.matched)} ${toSomeip ? "publishers" : "readers"} match${dds.incompatible_qos ? `; ${whole(dds.incompatible_qos)} readers asked for more than is offered` : ""}.`);
+      ...dds.writers.map((one) => [(one.node || "a publisher") + (one.bridge ? " (a bridge)" : "") + (one.refused ? " (refused)" : ""), one.type, qosText(one.qos)])]);
+    const refused = dds.incompatible_qos ? `; ${counted(dds.incompatible_qos, "reader")} asked for more than is offered` : "";
+    put(this.matched, `${counted(dds.matched, toSomeip ? "matching publisher" : "matching reader")}${refused}.`);
     const someip = route.someip;
-    fill(this.offers.body, someip.offers.map((one) => [{text: `${hex(one.service)}.${hex(one.instance)}`, className: "mono"}, `${one.major}.${one.minor}`, one.host]));
+    fill(this.offers.body, someip.offers.map((one) => [mono(serviceOf(one)), `${one.major}.${one.minor}`, one.host]));
     this.offers.element.hidden = someip.offers.length === 0;
-    put(this.someip, [`${idsOf(route)}, version ${route.major}.${route.minor === 0xffffffff ? "any" : route.minor}`, route.transport.toUpperCase(), route.eventgroup ? `eventgroup ${hex(route.eventgroup)}` : "",
-      toSomeip ? someip.offered ? `offered, ${whole(someip.subscribers)} subscribed` : "not offered" : someip.subscribed ? "subscribed" : someip.wanted ? "not subscribed yet" : "",
+    const offered = someip.offered ? `offered, ${whole(someip.subscribers)} subscribed` : "not offered";
+    const subscribed = someip.subscribed ? "subscribed" : someip.wanted ? "not subscribed yet" : "";
+    put(this.someip, [`${idsOf(route)}, version ${route.major}.${route.minor === 0xffffffff ? "any" : route.minor}`, route.transport.toUpperCase(),
+      route.eventgroup ? `eventgroup ${hex(route.eventgroup)}` : "", toSomeip ? offered : subscribed,
       someip.other_events ? `${whole(someip.other_events)} events with other ids came (${someip.other_ids.map(hex).join(", ")})` : ""].filter(Boolean).join("; "));
-    fill(this.slowest.body, route.slowest.map((one) => [new Date(one.at_ns / 1e6).toLocaleTimeString(), size(one.bytes), one.source_ns < 0 ? "–" : duration(one.source_ns),
-      duration(one.waited_ns), duration(one.convert_ns), duration(one.send_ns)].map((text, i) => i === 0 ? text : {text, className: "number"})));
+    fill(this.slowest.body, route.slowest.map((one) => [new Date(one.at_ns / 1e6).toLocaleTimeString(), numeric(size(one.bytes)),
+      ...[one.source_ns, one.waited_ns, one.convert_ns, one.send_ns].map((ns) => numeric(ns < 0 ? "–" : duration(ns)))]));
   }
 
   build(route) {
@@ -130,9 +148,12 @@ export class RoutePage {
     this.someip = make("p");
     this.slowest = table(["At", "Size", "Source", "Waited", "Convert", "Send"], "The slowest of the last minute");
     const what = route.line ? `, line ${route.line} of the configuration` : "";
+    if (KINDS.has(route.kind)) this.live = [...(SIGHTS.has(route.type) ? [new SightPanel(this.get)] : []), new MessagePanel(this.get)];
     this.place.replaceChildren(
-      make("div", {className: "panel wide-panel"}, make("h2", {}, `${route.name} ${arrowOf(route)} ${idsOf(route)} `, this.state),
-        make("p", {className: "faint", textContent: `${route.type}${what}`}), this.cause, make("p", {}, this.rate, ", ", this.last), this.sums, this.rates.element),
+      make("div", {className: "panel wide-panel halves"}, make("div", {}, make("h2", {}, `${route.name} ${arrowOf(route)} ${idsOf(route)} `, this.state),
+        make("p", {className: "faint", textContent: `${route.type}${what}`}), this.cause, make("p", {}, this.rate, ", ", this.last), this.sums),
+      this.rates.element),
+      ...this.live.map((one) => one.element),
       panel("Conversion", this.conversion.words, this.conversion.element),
       panel(route.direction === "dds_to_someip" ? "From the source to the network" : "From the network to DDS", this.path.words, this.path.element),
       panel("Drops by reason", this.noDrops, this.drops.element, this.counters.element),

@@ -24,6 +24,12 @@ export function ago(seconds) {
 export function size(bytes) {
   return bytes < 1e3 ? `${bytes} B` : bytes < 1e6 ? `${(bytes / 1e3).toFixed(1)} KB` : `${(bytes / 1e6).toFixed(1)} MB`;
 }
+/// "0x1111.0x0001"
+export const serviceOf = (one) => `${hex(one.service)}.${hex(one.instance)}`;
+export const counted = (number, word) => `${whole(number)} ${word}${number === 1 ? "" : "s"}`;
+// Cells of tables.
+export const mono = (text) => ({text, className: "mono"});
+export const numeric = (text, more = "") => ({text, className: `number ${more}`.trim()});
 export const cut = (text, most) => text.length > most ? text.slice(0, most - 1) + "…" : text;
 
 export function svg(tag, attributes = {}, ...children) {
