@@ -10,13 +10,14 @@ const char* to_string(ConversionFault fault) noexcept {
   constexpr std::array<const char*, conversion_faults> names{
       "truncated",  "bad_encapsulation", "trailing_bytes", "bound_exceeded",  "bad_bool",
       "bad_string", "bad_encoding",      "bad_length",     "length_overflow", "too_large",
-      "bad_tag",    "missing_member",    "bad_union"};
+      "bad_tag",    "missing_member",    "bad_union",      "not_in_table"};
   const auto index = static_cast<std::size_t>(fault);
   return index < names.size() ? names[index] : "?";
 }
 
 std::string place_of(const ConversionError& error) {
-  return fmt::format("{} at byte {}{}{}", to_string(error.fault), error.offset,
+  return fmt::format("{}{}{}{}", to_string(error.fault),
+                     error.is_between ? "" : fmt::format(" at byte {}", error.offset),
                      error.field.empty() ? "" : " in ", error.field);
 }
 

@@ -39,11 +39,12 @@ enum class ConversionFault : std::uint8_t {
   bad_tag,         ///< SOME/IP: a wire type that is not the member's, or a member twice
   missing_member,  ///< SOME/IP: a tagged member that is not optional is not there
   bad_union,       ///< no alternative or several at once; SOME/IP: a type that names none
+  not_in_table,    ///< a value for which a mapping of fields has no other one
 };
 
 /// The fault's name as it stands above, for logs and counters.
 [[nodiscard]] const char* to_string(ConversionFault fault) noexcept;
-inline constexpr std::size_t conversion_faults = 13;
+inline constexpr std::size_t conversion_faults = 14;
 
 /// Larger inputs are refused.
 inline constexpr std::size_t max_converted_bytes = (std::size_t{1} << 31U) - 1;
@@ -55,10 +56,11 @@ inline constexpr std::size_t max_fields_per_type = 65536;
 /// Why an input was refused, and where. Nothing of it has been converted; drop it and count the fault.
 struct ConversionError {
   ConversionFault fault = ConversionFault::truncated;
-  std::size_t offset = 0;  ///< in the input, of the item at fault
-  std::string field;       ///< "fields[3].name"; empty: the message as a whole
-  std::string expected;    ///< "4 bytes wanted, 0 left"
-  bool is_wide = false;    ///< the field is a wstring
+  std::size_t offset = 0;   ///< in the input, of the item at fault
+  std::string field{};      ///< "fields[3].name"; empty: the message as a whole
+  std::string expected{};   ///< "4 bytes wanted, 0 left"
+  bool is_wide = false;     ///< the field is a wstring
+  bool is_between = false;  ///< the offset is in what a FieldMap makes or is given, not in the input
 };
 
 /// "truncated at byte 17 in fields[3].name"

@@ -10,6 +10,7 @@
 
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/default_writer.hpp"
+#include "bridge/messages/convert/overestimated.hpp"
 #include "bridge/messages/convert/program/wire_forms.hpp"
 #include "bridge/messages/convert/program_builder.hpp"
 #include "bridge/messages/convert/rule_check.hpp"
@@ -47,7 +48,7 @@ class Compiler {
       check_.check_types();
       check_.check_variants();
       message(tree_.root(), "", false);
-      program_.may_be_longer = is_overestimated();
+      program_.may_be_longer = is_overestimated(tree_);
       static std::atomic<std::uint64_t> programs = 0;
       program_.number = ++programs;
     }
@@ -58,19 +59,6 @@ class Compiler {
   }
 
  private:
-  /// Whether rosidl estimates too large a size: it adds padding for the numbers after the count of a
-  /// sequence, which an empty sequence does not have, and a terminator for wstrings.
-  [[nodiscard]] bool is_overestimated() const {
-    return std::ranges::any_of(tree_.messages, [](const MessageDefinition& definition) {
-      return std::ranges::any_of(definition.fields, [](const Field& field) {
-        const bool is_sequence =
-            field.type.array == ArrayKind::bounded || field.type.array == ArrayKind::unbounded;
-        return field.type.primitive == Primitive::wstring ||
-               (field.type.primitive && width(*field.type.primitive) == 8 && is_sequence);
-      });
-    });
-  }
-
   /// What is said of a message: by the field, by the message itself, or by the payload.
   template <typename T>
   [[nodiscard]] static T said(std::optional<T> FieldRules::*what, const FieldRules* use, const TypeRules* own,
