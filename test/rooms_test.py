@@ -26,6 +26,7 @@ bridge/messages/types
 bridge/messages/convert/program
 bridge/messages/convert/quick
 bridge/messages/convert
+bridge/messages/map
 bridge/messages/values
 bridge/describe
 bridge/describe/read bridge/describe/write
