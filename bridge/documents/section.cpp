@@ -123,6 +123,11 @@ Mark Section::value_mark(const char* key) const {
   return entry == nullptr ? mark_ : place_of(*entry);
 }
 
+Mark Section::key_mark(const char* key) const {
+  const Entry* entry = find(key);
+  return entry == nullptr ? mark_ : entry->key_mark;
+}
+
 Mark Section::use_mark(const char* key) const {
   const Entry* entry = find(key);
   return entry == nullptr ? mark_ : entry->merged ? entry->merge_mark : place_of(*entry);

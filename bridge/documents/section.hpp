@@ -105,6 +105,8 @@ class Section {
   [[nodiscard]] Mark mark() const { return mark_; }
   /// Where a value stands; the section itself when it is missing.
   [[nodiscard]] Mark value_mark(const char* key) const;
+  /// Where a key stands; the section itself when it is missing.
+  [[nodiscard]] Mark key_mark(const char* key) const;
   /// Where this section says so: as above, but where it is merged in for a merged value.
   [[nodiscard]] Mark use_mark(const char* key) const;
 

@@ -10,6 +10,7 @@
 #include "bridge/carry/config/ros_environment.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/messages/convert/check_type.hpp"
+#include "bridge/messages/map/map_compiler.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -40,6 +41,21 @@ std::string excerpt(std::string_view text, documents::Mark mark, const cli::Colo
   std::ranges::replace_if(
       indent, [](char c) { return c != '\t'; }, ' ');
   return fmt::format("{:5} | {}\n      | {}{}^{}\n", mark.line, line, indent, colours.green, colours.off);
+}
+
+/// What is to be said of a mapping of fields, and of the payload's type.
+std::vector<messages::MapProblem> check_mapping(const TypeUse& use, const messages::MessageRules& rules,
+                                                const messages::TypePlaces& places) {
+  const messages::MarkedText& payload = use.mapping->payload;
+  if (const std::string fault = messages::check_type(payload.text, places, rules); !fault.empty()) {
+    return {{payload.mark, "payload: " + fault}};
+  }
+  std::vector<messages::MapProblem> problems =
+      messages::check_map(use.type, *use.mapping, map_direction(use.direction), places);
+  if (const std::string warning = messages::check_lengths(payload.text, places, rules); !warning.empty()) {
+    problems.push_back({payload.mark, "payload: " + warning, false});
+  }
+  return problems;
 }
 
 }  // namespace
@@ -78,16 +94,20 @@ std::string explain(const std::vector<documents::Problem>& problems, std::string
   return out;
 }
 
+TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
+                       const messages::TypePlaces& places) {
+  if (use.access != messages::FieldAccess::none) {
+    return {messages::check_field_service(use.type, use.value_type, use.access, places, rules),
+            messages::check_lengths(use.value_type, places, rules)};
+  }
+  if (use.mapping != nullptr) {
+    return {.fault = messages::check_type(use.type, places), .map = check_mapping(use, rules, places)};
+  }
+  return {messages::check_type(use.type, places, rules), messages::check_lengths(use.type, places, rules)};
+}
+
 std::optional<BridgeConfig> load_or_explain(const std::string& file) {
-  auto loaded = load_config(file, [](const TypeUse& use, const messages::MessageRules& rules,
-                                     const messages::TypePlaces& places) {
-    if (use.access != messages::FieldAccess::none) {
-      return TypeVerdict{messages::check_field_service(use.type, use.value_type, use.access, places, rules),
-                         messages::check_lengths(use.value_type, places, rules)};
-    }
-    return TypeVerdict{messages::check_type(use.type, places, rules),
-                       messages::check_lengths(use.type, places, rules)};
-  });
+  auto loaded = load_config(file, verdict_on);
   // Problems of the file itself, then those of the lock file that it names.
   const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
   for (auto begin = problems.begin(); begin != problems.end();) {

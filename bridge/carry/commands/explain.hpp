@@ -14,6 +14,10 @@ namespace trestle::carry {
 /// @return nothing when there was any error: the caller ends with exit_usage.
 [[nodiscard]] std::optional<BridgeConfig> load_or_explain(const std::string& file);
 
+/// What is to be said of a type that a configuration names, for load_config().
+[[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
+                                     const messages::TypePlaces& places);
+
 /// How problems are printed.
 /// @param problems  of one file.
 /// @param text  of that file; without it only the messages are given.

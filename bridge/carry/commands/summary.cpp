@@ -12,6 +12,7 @@
 
 #include "bridge/carry/config/pattern_conflicts.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
@@ -229,6 +230,22 @@ void append_settings(std::string& out, const char* title, const std::vector<Rout
   for (const auto& [text, topics] : groups) {
     out += fmt::format("  {}{:<5}{} {}", colours.dim, title, colours.off, text);
     out += groups.size() > 1 ? fmt::format("\n          for {}\n", fmt::join(topics, ", ")) : "\n";
+  }
+}
+
+/// Each mapping of fields, a line for each field.
+void append_maps(std::string& out, const std::vector<Route>& routes, const cli::Colours& colours) {
+  for (const Route& route : routes) {
+    if (!route.mapping) {
+      continue;
+    }
+    const bool to_ros = route.direction == Direction::someip_to_dds;
+    out += fmt::format("  {}{:<5}{} {}: {} of {}\n", colours.dim, "map", colours.off, route.topic,
+                       to_ros ? route.type : route.mapping->payload.text,
+                       to_ros ? route.mapping->payload.text : route.type);
+    for (const std::string& line : messages::in_lines(*route.mapping, map_direction(route.direction))) {
+      out += fmt::format("          {}\n", documents::printable(line));
+    }
   }
 }
 
@@ -492,6 +509,7 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
     const auto pattern = std::ranges::find(config.patterns, route.topic, &TopicPattern::topics);
     return describe(route.qos, pattern == config.patterns.end() ? nullptr : &*pattern);
   });
+  append_maps(out, config.routes, colours);
   append_e2e(out, config, colours);
   if (std::ranges::any_of(routes, [](const Route& route) { return route.presence != Presence{}; })) {
     append_settings(out, "there", routes, colours,

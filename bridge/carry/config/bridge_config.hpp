@@ -24,6 +24,7 @@
 #include "bridge/describe/e2e_settings.hpp"
 #include "bridge/documents/problem.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
+#include "bridge/messages/map/field_mapping.hpp"
 #include "bridge/messages/types/field_service.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
@@ -45,6 +46,12 @@ enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
 /// The direction's name as it stands above and in the configuration.
 [[nodiscard]] constexpr const char* to_string(Direction direction) noexcept {
   return direction == Direction::dds_to_someip ? "dds_to_someip" : "someip_to_dds";
+}
+
+/// The same of a mapping of fields.
+[[nodiscard]] constexpr messages::MapDirection map_direction(Direction direction) noexcept {
+  return direction == Direction::dds_to_someip ? messages::MapDirection::to_payload
+                                               : messages::MapDirection::to_ros;
 }
 
 /// Timing and addresses of SOME/IP-SD.
@@ -180,6 +187,8 @@ struct Route {
   std::optional<MulticastSettings> multicast;  ///< dds_to_someip over UDP; of the whole eventgroup
   TpSettings tp;
   messages::MessageRules rules;
+  /// The payload is a message of another type, and this is how they become each other. The rules are its.
+  std::optional<messages::FieldMapping> mapping{};
   QosSettings qos;
   Presence presence;
   std::optional<E2eSettings> e2e;

@@ -213,7 +213,7 @@ class RouteFile {
           {.name = fmt::format("eventgroup_{:04x}", someip::value(route.eventgroup)),
            .id = route.eventgroup});
     }
-    const auto tree = library_.resolve(route.type);
+    const auto tree = library_.resolve(route.mapping ? route.mapping->payload.text : route.type);
     if (!tree) {
       error(route.mark, to_string(tree.error()));
       return;

@@ -136,6 +136,8 @@ void load_presence(documents::Section& section, std::optional<Direction> known, 
 /// Reads `from_bridges`. @param is_right whether the key may be there; if not, the error names `whom`.
 void load_from_bridges(documents::Section& section, bool is_right, const std::string& whom,
                        std::vector<IpAddress>& into, documents::Problems& problems);
+/// Reads `map` of a route, and what belongs to it: `payload`, `drop`, `constants`, `others`.
+void load_map(Element& element, std::optional<messages::FieldMapping>& into, documents::Problems& problems);
 /// Reads `multicast` of a thing with an eventgroup. Call it after direction and transport have been read.
 void load_multicast(Element& element, Route& route, documents::Problems& problems);
 /// Reads whether somebody has to read the topic. @param is_right  whether the key may be there ...

@@ -258,7 +258,14 @@ void load_lock_file(documents::Section& section, BridgeConfig& config, documents
 void judge_type(const TypeUse& use, const messages::MessageRules& rules, documents::Mark mark,
                 std::string key, const std::string& name, const BridgeConfig& config,
                 const TypeCheck& check_type, documents::Problems& problems) {
-  const auto [fault, warning] = check_type(use, rules, config.types);
+  const auto [fault, warning, map] = check_type(use, rules, config.types);
+  for (const messages::MapProblem& one : map) {
+    if (one.is_error) {
+      problems.error(one.mark, one.text);
+    } else {
+      problems.warning(one.mark, one.text);
+    }
+  }
   key += name.empty() ? "" : " of " + name;
   if (!fault.empty()) {
     problems.error(mark, key + ": " + fault);
@@ -338,8 +345,12 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   };
   for (RouteInFile& in_file : routes) {
     if (check_type && in_file.good.contains("type")) {
-      judge_type({.type = in_file.route.type}, in_file.route.rules, in_file.type_mark, "type",
-                 name_at(in_file.type_mark, in_file.route.topic), config, check_type, problems);
+      const Route& route = in_file.route;
+      judge_type({.type = route.type,
+                  .mapping = route.mapping ? &*route.mapping : nullptr,
+                  .direction = route.direction},
+                 route.rules, in_file.type_mark, "type", name_at(in_file.type_mark, route.topic), config,
+                 check_type, problems);
     }
     config.routes.push_back(std::move(in_file.route));
   }

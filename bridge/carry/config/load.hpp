@@ -13,6 +13,8 @@ namespace trestle::carry {
 struct TypeVerdict {
   std::string fault{};    ///< it is not known, or cannot be carried
   std::string warning{};  ///< it can be carried, but not every message of it
+  /// Of a mapping of fields, and of the payload's type that it names.
+  std::vector<messages::MapProblem> map{};
 };
 
 /// A type that a configuration names.
@@ -21,6 +23,9 @@ struct TypeUse {
   /// Otherwise it is the service that gets or sets a field ...
   messages::FieldAccess access = messages::FieldAccess::none;
   std::string value_type{};  ///< ... whose values are messages of this type
+  /// The payload is a message of another type, for which the rules are; null: of this one.
+  const messages::FieldMapping* mapping = nullptr;
+  Direction direction = Direction::dds_to_someip;  ///< of a mapping
 };
 
 /// Judges a type. `places` are the folders under `types: paths` and the `interfaces`.

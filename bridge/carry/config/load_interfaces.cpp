@@ -254,9 +254,13 @@ class Expansion {
                    named->member.is_notifier_of_field ? notifier : list_of(named->member.kind),
                    entry->member);
     // A name that the file leaves open is that of the description.
+    const bool has_map = element["map"].IsDefined();
     for (const auto& pair : marked(entry->node, mark)) {
-      if (!element[pair.first.Scalar()].IsDefined()) {
-        element.force_insert(pair.first, pair.second);
+      // The type of the topic is another one then.
+      const std::string key = has_map && pair.first.Scalar() == "type" ? "payload" : pair.first.Scalar();
+      if (!element[key].IsDefined()) {
+        element.force_insert(key == pair.first.Scalar() ? pair.first : marked(YAML::Node{key}, mark),
+                             pair.second);
       }
     }
     return true;
@@ -369,6 +373,41 @@ class Expansion {
   describe::ServiceNames services_;
   std::set<Taken> taken_{};
 };
+
+/// Gives each `payload` of a route that is the short name of a type in the interfaces its full name.
+void name_payloads(const YAML::Node& root, const describe::Lowered& lowered, documents::Problems& problems) {
+  const YAML::Node routes = root["routes"];
+  if (!routes.IsDefined() || !routes.IsSequence()) {
+    return;
+  }
+  for (YAML::Node route : routes) {
+    const YAML::Node payload = route.IsMap() ? route["payload"] : YAML::Node{};
+    if (!payload.IsDefined() || !payload.IsScalar() || payload.Scalar().find('/') != std::string::npos) {
+      continue;
+    }
+    const std::string name = payload.Scalar();
+    std::vector<std::string> known;
+    std::vector<std::string> found;
+    for (const auto& [full, index] : lowered.by_name) {
+      known.push_back(full.substr(full.rfind('/') + 1));
+      if (known.back() == name && full.find("/msg/") != std::string::npos) {
+        found.push_back(full);
+      }
+    }
+    const documents::Mark mark = documents::to_mark(payload.Mark());
+    if (found.size() == 1) {
+      route["payload"] = marked(YAML::Node{found.front()}, mark);
+    } else if (found.empty()) {
+      const std::string likely = documents::nearest(name, known);
+      problems.error(mark,
+                     fmt::format("payload: the interfaces have no type {}{}", documents::quote(name),
+                                 likely.empty() ? "" : "; did you mean " + documents::quote(likely) + "?"));
+    } else {
+      problems.error(mark, fmt::format("payload: several types have the name {}: write {} or {}",
+                                       documents::quote(name), found[0], found[1]));
+    }
+  }
+}
 
 /// Whether the bridge takes it from ROS 2 to SOME/IP.
 bool is_offered(const YAML::Node& entry) {
@@ -491,6 +530,7 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
       applied.tells_of_routes = true;
     }
   }
+  name_payloads(root, system.lowered, problems);
   // Where the interfaces only define types, no id of theirs is used.
   if (!lock.services.empty() && (generate.all || expansion.names_any())) {
     problems.warning(mark,

@@ -243,6 +243,7 @@ RouteInFile load_route(const YAML::Node& node, documents::Problems& problems) {
   element.require("topic", topic_name(), route.topic);
   element.require("type", type_name(), route.type);
   result.type_mark = element.value_mark("type");
+  load_map(element, route.mapping, problems);
   const bool has_direction = element.require("direction", direction(), route.direction);
   const auto known = has_direction ? std::optional{route.direction} : std::nullopt;
   element.require("service", service_id(), route.service);

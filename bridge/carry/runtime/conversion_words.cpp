@@ -79,6 +79,9 @@ std::string guess(const messages::ConversionError& error, ByteView payload,
 }  // namespace
 
 std::string in_words(const messages::ConversionError& error, ByteView input) {
+  if (error.is_between) {
+    return fmt::format("{} (of {} bytes)", to_string(error), input.size());
+  }
   const std::size_t begin = std::min(error.offset, input.size());
   std::string bytes;
   for (const std::byte one : input.subspan(begin, std::min(shown, input.size() - begin))) {
@@ -90,7 +93,7 @@ std::string in_words(const messages::ConversionError& error, ByteView input) {
 
 std::string in_words(const messages::ConversionError& error, ByteView payload,
                      const someip::PayloadRules& rules) {
-  return in_words(error, payload) + guess(error, payload, rules);
+  return in_words(error, payload) + (error.is_between ? "" : guess(error, payload, rules));
 }
 
 }  // namespace trestle::carry

@@ -18,7 +18,7 @@
 #include "bridge/carry/runtime/route_meter.hpp"
 #include "bridge/carry/runtime/sample_limit.hpp"
 #include "bridge/carry/runtime/suspected_loop.hpp"
-#include "bridge/messages/convert/conversion_plan.hpp"
+#include "bridge/messages/map/mapped_plan.hpp"
 #include "dds_adapter/ros_names.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/wire/counters.hpp"
@@ -36,7 +36,7 @@ class EventToTopic final : public RunningRoute {
   /// @param context  outlives the route.
   /// @param user_data  of the writer.
   EventToTopic(const RouteContext& context, const Route& route, const sd::SubscribeSpec& subscription,
-               messages::ConversionPlan plan, std::string user_data)
+               messages::MappedPlan plan, std::string user_data)
       : RunningRoute{route.e2e},
         context_{context},
         subscription_spec_{subscription},
@@ -124,6 +124,7 @@ class EventToTopic final : public RunningRoute {
          {"dds_incompatible_qos", dds.incompatible_qos, loss},
          {"dds_deadlines_missed", dds.deadlines_missed, loss},
          {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
+    append_map(group, plan_);
     append_e2e(group, e2e_);
     return group;
   }
@@ -223,7 +224,8 @@ class EventToTopic final : public RunningRoute {
     if (loop_.refuses(event.payload, from, *context_.dds, before)) {
       return;
     }
-    const auto sample = plan_.someip_to_cdr(event.payload, scratch_);
+    const auto received = plan_.needs_time() ? context_.clock.since_1970() : std::chrono::nanoseconds{0};
+    const auto sample = plan_.someip_to_cdr(event.payload, received, scratch_);
     const auto after = context_.clock.now();
     if (!sample) {
       ++not_convertible_;
@@ -338,8 +340,8 @@ class EventToTopic final : public RunningRoute {
   const RouteContext& context_;
   const sd::SubscribeSpec subscription_spec_;
   const Route route_;
-  messages::ConversionPlan plan_;
-  messages::ConversionScratch scratch_;
+  messages::MappedPlan plan_;
+  messages::MappedScratch scratch_;
   ConversionLog log_;
   const std::string user_data_;
   const BridgeMark mark_;
@@ -375,7 +377,7 @@ void event_to_topic(RouteMaker& maker) {
       return nullptr;
     }
     auto plan = compile(route, maker.types);
-    const auto subscription = subscription_of(maker.config.routes, route, plan);
+    const auto subscription = subscription_of(maker.config.routes, route, plan.wire());
     return std::make_shared<EventToTopic>(maker.context, route, subscription, std::move(plan),
                                           user_data_of(route.type, maker.types));
   });

@@ -1,10 +1,12 @@
 #include "bridge/carry/runtime/route_parts.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "bridge/carry/runtime/bridge_mark.hpp"
 #include "bridge/messages/convert/most_bytes.hpp"
+#include "bridge/messages/map/map_compiler.hpp"
 #include "bridge/messages/types/type_hash.hpp"
 #include "dds_adapter/ros_names.hpp"
 
@@ -41,19 +43,44 @@ dds::ServiceConfig service_config(const MethodRoute& method, const IpAddress& ad
 
 }  // namespace
 
-messages::ConversionPlan compile(const Route& route, messages::TypeLibrary& types) {
+messages::MappedPlan compile(const Route& route, messages::TypeLibrary& types) {
+  const std::string& payload_type = route.mapping ? route.mapping->payload.text : route.type;
   const auto fail = [&](const std::string& why) {
-    return std::runtime_error{"route " + route.topic + ": " + route.type + " cannot be carried: " + why};
+    return std::runtime_error{"route " + route.topic + ": " + payload_type + " cannot be carried: " + why};
   };
-  const auto tree = types.resolve(route.type);
+  const auto tree = types.resolve(payload_type);
   if (!tree) {
     throw fail(to_string(tree.error()));
   }
-  auto plan = messages::ConversionPlan::compile(*tree, route.rules);
+  const bool to_ros = route.direction == Direction::someip_to_dds;
+  auto plan = messages::ConversionPlan::compile(*tree, route.rules,
+                                                route.mapping && to_ros
+                                                    ? std::numeric_limits<std::size_t>::max()
+                                                    : messages::ConversionPlan::default_reference_from);
   if (!plan) {
     throw fail(plan.error());
   }
-  return std::move(*plan);
+  if (!route.mapping) {
+    return std::move(*plan);
+  }
+  const auto ros_tree = types.resolve(route.type);
+  if (!ros_tree) {
+    throw fail(to_string(ros_tree.error()));
+  }
+  auto map = messages::compile_map(*tree, *ros_tree, *route.mapping, map_direction(route.direction));
+  if (!map.map) {
+    throw fail(map.problems.front().text);
+  }
+  return {std::move(*plan), std::move(*map.map)};
+}
+
+void append_map(CounterGroup& group, const messages::MappedPlan& plan) {
+  if (plan.has_map()) {
+    const messages::MapCounters& map = plan.counters();
+    group.counters.push_back({"map_saturated", map.saturated, someip::CounterKind::doubt});
+    group.counters.push_back({"map_rounded", map.rounded, someip::CounterKind::doubt});
+    group.counters.push_back({"map_not_a_number", map.not_a_number, someip::CounterKind::doubt});
+  }
 }
 
 std::string user_data_of(const std::string& type, messages::TypeLibrary& types) {

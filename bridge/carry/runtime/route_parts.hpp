@@ -4,9 +4,11 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/failure_reply.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
+#include "bridge/messages/map/mapped_plan.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/service.hpp"
 #include "sd/net/service_spec.hpp"
@@ -14,9 +16,12 @@
 /// What routes are made from, those of the configuration and those of discovery.
 namespace trestle::carry {
 
-/// The route's conversion.
+/// The route's conversion, in its direction.
 /// @throws std::runtime_error  its type is not known or cannot be carried.
-[[nodiscard]] messages::ConversionPlan compile(const Route& route, messages::TypeLibrary& types);
+[[nodiscard]] messages::MappedPlan compile(const Route& route, messages::TypeLibrary& types);
+
+/// Adds what a mapping of fields did to numbers, where the route has one.
+void append_map(CounterGroup& group, const messages::MappedPlan& plan);
 
 /// What a method is made from.
 struct MethodParts {

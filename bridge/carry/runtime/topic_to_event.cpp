@@ -43,7 +43,7 @@ struct Waiting {
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
 struct Job {
   dds::Sample sample;
-  messages::ConversionScratch scratch;
+  messages::MappedScratch scratch;
 };
 
 /// Carries a DDS topic to a SOME/IP event. Samples arrive on threads of DDS and wait, at most as many as the
@@ -56,7 +56,7 @@ struct Job {
 /// dropped is dropped for that subscriber alone.
 class TopicToEvent final : public RunningRoute, public std::enable_shared_from_this<TopicToEvent> {
  public:
-  TopicToEvent(const RouteContext& context, const Route& route, messages::ConversionPlan plan,
+  TopicToEvent(const RouteContext& context, const Route& route, messages::MappedPlan plan,
                std::string user_data)
       : context_{context},
         user_data_{std::move(user_data)},
@@ -154,34 +154,37 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     const std::uint64_t bridges = context_.dds->bridge_ends(dds::ros_topic_name(route_.topic)).size();
     const std::uint64_t offered = offer_->handle() ? 1 : 0;
     const std::lock_guard lock{mutex_};
-    return {"route " + route_.topic + " to SOME/IP",
-            {{"received", received_},
-             {"carried", carried_},
-             {"bytes", carried_bytes_},
-             {"publishers", publishers, now},
-             {"bridges", bridges, now},
-             {"offered", offered, now},
-             {"no_subscriber", no_subscriber_, loss},
-             {"kept", kept_},
-             {"expired", expired_, loss},
-             {"overtaken", overtaken_, loss},
-             {"not_convertible", not_convertible_, loss},
-             {"too_large", too_large_, loss},
-             {"not_sent", send_dropped_, loss},
-             {"slow_subscriber", slow_subscriber_, loss},
-             {"copied", copied_},
-             {"stopped", stopped_, loss},
-             {"looped", loop_.looped(), loss},
-             {"dds_own", all.own, loss},
-             {"dds_from_bridge", all.from_bridge, loss},
-             {"dds_other_type", all.other_type, loss},
-             {"dds_bad_encapsulation", all.bad_encapsulation, loss},
-             {"dds_oversize", all.oversize, loss},
-             {"dds_lost", all.lost, loss},
-             {"dds_rejected", all.rejected, loss},
-             {"dds_incompatible_qos", dds.incompatible_qos, loss},  // of those before: why they are gone
-             {"dds_deadlines_missed", all.deadlines_missed, loss},
-             {"dds_liveliness_lost", all.liveliness_lost, loss}}};
+    CounterGroup group{
+        "route " + route_.topic + " to SOME/IP",
+        {{"received", received_},
+         {"carried", carried_},
+         {"bytes", carried_bytes_},
+         {"publishers", publishers, now},
+         {"bridges", bridges, now},
+         {"offered", offered, now},
+         {"no_subscriber", no_subscriber_, loss},
+         {"kept", kept_},
+         {"expired", expired_, loss},
+         {"overtaken", overtaken_, loss},
+         {"not_convertible", not_convertible_, loss},
+         {"too_large", too_large_, loss},
+         {"not_sent", send_dropped_, loss},
+         {"slow_subscriber", slow_subscriber_, loss},
+         {"copied", copied_},
+         {"stopped", stopped_, loss},
+         {"looped", loop_.looped(), loss},
+         {"dds_own", all.own, loss},
+         {"dds_from_bridge", all.from_bridge, loss},
+         {"dds_other_type", all.other_type, loss},
+         {"dds_bad_encapsulation", all.bad_encapsulation, loss},
+         {"dds_oversize", all.oversize, loss},
+         {"dds_lost", all.lost, loss},
+         {"dds_rejected", all.rejected, loss},
+         {"dds_incompatible_qos", dds.incompatible_qos, loss},  // of those before: why they are gone
+         {"dds_deadlines_missed", all.deadlines_missed, loss},
+         {"dds_liveliness_lost", all.liveliness_lost, loss}}};
+    append_map(group, plan_);
+    return group;
   }
 
   /// OK while somebody publishes the topic.
@@ -547,7 +550,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
   const std::string user_data_;
   ServiceOffer* offer_ = nullptr;
   const Route route_;
-  messages::ConversionPlan plan_;
+  messages::MappedPlan plan_;
   ConversionLog log_;
   const BridgeMark ours_;  ///< what the reader says of itself
   std::atomic<bool> look_at_rings_ = false;

@@ -31,7 +31,7 @@ BY_ITSELF = re.compile(r"unknown key|'\w+' is missing|: expected ")
 # But not where the schema leaves the value open, or only its range.
 LEFT_OPEN = re.compile(r"expected (`generate: all`|the name of a network interface|a time from|a size from|an absolute path|a pattern of topics|a range of ids|two addresses|"
                        r"an address or a subnet|an address of this host and a port|an IPv4 address of this host|a multicast address|this host's own|"
-                       r"a multiple of 16|an IPv4 or IPv6|16 ids|addresses of discovery|an id from 0x0001 to 0xfffe, or a range)")
+                       r"a decimal number|an integer for|a number for|true or false, found \"|a multiple of 16|an IPv4 or IPv6|16 ids|addresses of discovery|an id from 0x0001 to 0xfffe, or a range)")
 
 MORE = """
 someip:

@@ -38,6 +38,35 @@ TEST_F(EventToTopicTest, CarriesAnEvent) {
   EXPECT_EQ(route_at(0).received(), 1U);
 }
 
+TEST_F(EventToTopicTest, MapsFields) {
+  // 100 * 0.5 as the data of a Float64; the payload is an UInt16.
+  settings().type = "std_msgs/msg/Float64";
+  settings().mapping = {.payload = {"std_msgs/msg/UInt16", {}},
+                        .rules = {{.ros = {"data", {}}, .payload = {"data", {}}, .scale = 0.5}}};
+  start();
+  send(hex("0064"));
+  send(hex("64"));
+  EXPECT_THAT(dds_.written, ElementsAre(hex("00010000 0000000000004940")));
+  EXPECT_EQ(count("not_convertible"), 1U);
+  EXPECT_EQ(count("map_rounded"), 0U);
+}
+
+TEST_F(EventToTopicTest, StampsMessagesWithTheTimeAtWhichTheyCame) {
+  settings().type = "std_msgs/msg/Header";
+  settings().mapping = {.payload = {"std_msgs/msg/String", {}},
+                        .rules = {{.ros = {"stamp", {}}, .is_received = true},
+                                  {.ros = {"frame_id", {}}, .payload = {"data", {}}}}};
+  start();
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(clock_.since_1970()).count();
+  send(hello);
+  ASSERT_EQ(dds_.written.size(), 1U);
+  const Bytes& cdr = dds_.written.front();
+  std::uint32_t stamp = 0;
+  std::memcpy(&stamp, cdr.data() + 4, sizeof(stamp));
+  EXPECT_EQ(stamp, seconds);
+  EXPECT_EQ(to_hex(ByteView{cdr}.subspan(12)), to_hex(hex("06000000 68656c6c6f 00")));
+}
+
 TEST_F(EventToTopicTest, CountsWhatCannotBeConverted) {
   start();
   send(wrong);

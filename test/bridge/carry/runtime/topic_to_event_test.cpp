@@ -30,6 +30,32 @@ TEST_F(TopicToEventTest, CarriesASample) {
   EXPECT_EQ(count("bytes"), hello.size());
 }
 
+TEST_F(TopicToEventTest, MapsFields) {
+  // The data of a Float64 divided by 0.5 as an UInt16.
+  settings().type = "std_msgs/msg/Float64";
+  settings().mapping = {.payload = {"std_msgs/msg/UInt16", {}},
+                        .rules = {{.ros = {"data", {}}, .payload = {"data", {}}, .scale = 0.5}}};
+  start();
+  publish(hex("00010000 0000000000004940"));  // 50
+  publish(hex("00000000 c049000000000000"));  // -50, in big endian
+  work();
+  EXPECT_THAT(someip_.events, ElementsAre(hex("0064"), hex("0000")));
+  EXPECT_EQ(count("map_saturated"), 1U);
+}
+
+TEST_F(TopicToEventTest, DropsWhatATableDoesNotHave) {
+  settings().type = "std_msgs/msg/UInt8";
+  settings().mapping = {
+      .payload = {"std_msgs/msg/UInt16", {}},
+      .rules = {{.ros = {"data", {}}, .payload = {"data", {}}, .table = {{{"256", {}}, {"3", {}}}}}}};
+  start();
+  publish(hex("00010000 03"));
+  publish(hex("00010000 04"));
+  work();
+  EXPECT_THAT(someip_.events, ElementsAre(hex("0100")));
+  EXPECT_EQ(count("not_convertible"), 1U);
+}
+
 TEST_F(TopicToEventTest, CountsWhatCannotBeConverted) {
   start();
   publish(wrong);
