@@ -131,6 +131,8 @@ std::string expectation(const Program& program, ConversionFault fault, std::size
       return "each member once, with the wire type of its type, wanted";
     case ConversionFault::missing_member:
       return "a member with this tag wanted";
+    case ConversionFault::not_in_table:
+      return "a value that the table of `map` has, wanted";
     case ConversionFault::bad_union: {
       std::size_t alternatives = 0;
       bool counted = true;

@@ -128,7 +128,10 @@ class Compiler {
       if (says_nothing || (rule.only && *rule.only != direction_)) {  // the first is told of by who reads it
         continue;
       }
-      Assignment one{.target = rule.ros, .source = rule.payload, .rule = &rule};
+      Assignment one;
+      one.target = rule.ros;
+      one.source = rule.payload;
+      one.rule = &rule;
       if (!to_ros()) {
         if (rule.payload.text.empty()) {
           continue;
@@ -149,10 +152,17 @@ class Compiler {
       return;
     }
     for (const PayloadConstant& one : mapping_.constants) {
-      add({.kind = Assignment::Kind::value, .target = one.payload, .value = one.value});
+      Assignment constant;
+      constant.kind = Assignment::Kind::value;
+      constant.target = one.payload;
+      constant.value = one.value;
+      add(std::move(constant));
     }
     for (const MarkedText& one : mapping_.dropped) {
-      add({.kind = Assignment::Kind::nothing, .target = one});
+      Assignment dropped;
+      dropped.kind = Assignment::Kind::nothing;
+      dropped.target = one;
+      add(std::move(dropped));
     }
   }
 

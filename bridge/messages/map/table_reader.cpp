@@ -33,8 +33,10 @@ tl::expected<std::uint64_t, std::string> number_of(const std::string& text, Prim
                                          : fmt::format("{} has no constant {}; did you mean {}?", holder.name,
                                                        quote(text), quote(likely))};
   }
-  Field field{.name = {}, .type = {.primitive = type}, .default_value = value};
-  std::uint64_t bits = default_value_of(field).numbers.front();
+  Field field;
+  field.type.primitive = type;
+  field.default_value = value;
+  const std::uint64_t bits = default_value_of(field).numbers.front();
   const unsigned unused = 64U - 8U * width(type);
   return bits << unused >> unused;
 }

@@ -87,7 +87,7 @@ TEST(ShownMessage, SaysWhatIsWrongWithIt) {
 
 TEST(ShownMessage, SaysThatItIsTooLargeOrNotThere) {
   ShownMessage message = shown("geometry_msgs/msg/Point", "{}");
-  message.newest = std::make_shared<carry::SeenMessage>(carry::SeenMessage{.size = 1'000'000'000});
+  message.newest = std::make_shared<carry::SeenMessage>(carry::SeenMessage{.bytes = {}, .size = 1'000'000'000});
   EXPECT_THAT(message_json(message), HasSubstr("it is too large to be shown"));
   message.newest = nullptr;
   EXPECT_EQ(message_json(message), R"({"route":"/seen","type":"geometry_msgs/msg/Point"})");
