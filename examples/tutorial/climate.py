@@ -5,6 +5,7 @@
 docs/tutorial.md brings it into ROS 2. Payloads are packed by hand, as CommonAPI lays them out.
 """
 import asyncio
+import collections
 import logging
 import socket
 import struct
@@ -28,6 +29,7 @@ class Climate(service.SimpleService):
     def __init__(self, instance_id):
         super().__init__(instance_id)
         self.celsius, self.target, self.on = 19.5, 22.0, False
+        self.subscribed = collections.Counter()
         self.register_method(0x0001, lambda message, _address: struct.pack(">f", self.target))
         self.register_method(0x0002, self.set_target)
         self.register_method(0x0010, self.heat)
@@ -35,6 +37,16 @@ class Climate(service.SimpleService):
         self.register_eventgroup(self.fields)
         self.register_eventgroup(self.events)
         self.tell()
+
+    def client_subscribed(self, subscription, source):
+        super().client_subscribed(subscription, source)
+        self.subscribed[subscription, source] += 1
+
+    def client_unsubscribed(self, subscription, source):
+        """pysomeip tells late that a subscription has run out: it may have been made anew before."""
+        self.subscribed[subscription, source] -= 1
+        if not self.subscribed[subscription, source]:
+            super().client_unsubscribed(subscription, source)
 
     def tell(self):
         self.fields.values[TARGET] = struct.pack(">f", self.target)

@@ -6,6 +6,7 @@ It prints a line when it is ready, for each eventgroup when somebody has subscri
 On standard input it understands `send EVENT`, `heat LEVEL`, and `quit`.
 """
 import asyncio
+import collections
 import logging
 import socket
 import struct
@@ -50,6 +51,7 @@ class Seat(service.SimpleService):
 
     def __init__(self, instance_id):
         super().__init__(instance_id)
+        self.subscribed = collections.Counter()
         self.position = [0, 0, 0]
         self.slots = []  # names and positions
         self.methods_of(self.adjust, self.stop_moving, self.store, self.recall, self.trace, self.massage)
@@ -64,6 +66,16 @@ class Seat(service.SimpleService):
         label = BOM_16 + "Fahrer\u20ac\0".encode("utf-16-be")
         self.fields.values[0x0002] = struct.pack(">I", len(label)) + label
         self.fields.values[0x0003] = self.presets()
+
+    def client_subscribed(self, subscription, source):
+        super().client_subscribed(subscription, source)
+        self.subscribed[subscription, source] += 1
+
+    def client_unsubscribed(self, subscription, source):
+        """pysomeip tells late that a subscription has run out: it may have been made anew before."""
+        self.subscribed[subscription, source] -= 1
+        if not self.subscribed[subscription, source]:
+            super().client_unsubscribed(subscription, source)
 
     def methods_of(self, *handlers):
         for index, handler in enumerate(handlers):
