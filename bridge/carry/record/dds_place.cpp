@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/carry/runtime/participant_config.hpp"
 
 namespace trestle::carry {
 
@@ -17,19 +18,10 @@ dds::ParticipantConfig dds_place(const std::optional<BridgeConfig>& config,
       throw std::runtime_error{fault};
     }
   }
-  return {.domain = dds.domain.value_or(0),
-          .name = "trestle " + name,
-          .interfaces = dds.interfaces,
-          .shared_memory = dds.shared_memory,
-          .lease = dds.lease,
-          .node = "/trestle_" + name,
-          .enclave = dds.security.enclave,
-          .gid_bytes = gid_bytes(dds.ros_distro),
-          .profiles_file = dds.profiles,
-          .profile = dds.profile,
-          .discovery_servers = dds.discovery_servers,
-          .security_folder = security_folder(dds.security),
-          .on_event = {}};
+  dds::ParticipantConfig place = participant_config(dds);
+  place.name = "trestle " + name;
+  place.node = "/trestle_" + name;
+  return place;
 }
 
 }  // namespace trestle::carry

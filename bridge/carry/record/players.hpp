@@ -25,6 +25,8 @@ class Player {
 
   /// @return whether it was sent; else a counter says why not.
   virtual bool play(const Replayed& one) = 0;
+  /// Whether there is a receiver of everything that is to be sent.
+  [[nodiscard]] virtual bool has_receivers() const = 0;
   /// What was not sent, by reason.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::uint64_t>> not_sent() const = 0;
   /// Ends what others see of it.

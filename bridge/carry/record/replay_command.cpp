@@ -26,6 +26,8 @@ using Clock = std::chrono::steady_clock;
 
 /// Messages that are sent before other handlers run.
 constexpr int messages_at_a_time = 64;
+/// How often it is looked whether receivers have come.
+constexpr auto look_every = 20ms;
 /// What is sent last has so long to leave.
 constexpr auto time_to_leave = 500ms;
 
@@ -38,6 +40,7 @@ struct ReplayArguments {
   std::optional<std::uint32_t> domain;
   double speed = 1;
   double delay_s = 1;
+  double wait_s = 0;
   bool loop = false;
   bool quiet = false;
   cli::NetworkOptions network;
@@ -68,13 +71,7 @@ class Playback {
 
   /// @throws std::runtime_error  the recording is damaged.
   void run() {
-    timer_.expires_after(
-        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{arguments_.delay_s}));
-    timer_.async_wait([this](const boost::system::error_code& error) {
-      if (!error) {
-        step();
-      }
-    });
+    await_receivers(Clock::now() + in_clock_units(arguments_.wait_s));
     session_.run();
     player_.stop();
     if (failure_) {
@@ -86,6 +83,26 @@ class Playback {
   [[nodiscard]] std::chrono::duration<double> took() const { return Clock::now() - begun_; }
 
  private:
+  static Clock::duration in_clock_units(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{seconds});
+  }
+
+  /// Then waits once more, and begins.
+  void await_receivers(Clock::time_point limit) {
+    const bool ready = Clock::now() >= limit || player_.has_receivers();
+    timer_.expires_after(ready ? in_clock_units(arguments_.delay_s) : look_every);
+    timer_.async_wait([this, ready, limit](const boost::system::error_code& error) {
+      if (error) {
+        return;
+      }
+      if (ready) {
+        step();
+      } else {
+        await_receivers(limit);
+      }
+    });
+  }
+
   void step() {
     try {
       send_due();
@@ -290,6 +307,9 @@ void add_replay_command(CLI::App& app, int& status) {
       ->check(CLI::Range(0, 232));
   cli::option(*command, "--delay", arguments->delay_s, "SECONDS",
               "Time for receivers to find us before the first message", cli::number_between(0, 1e6));
+  cli::option(*command, "--wait", arguments->wait_s, "SECONDS",
+              "Before that, wait until each topic or event has a receiver, at most so long",
+              cli::number_between(0, 1e6));
   arguments->network.add_to(*command);
   arguments->interfaces.add_to(*command, "tell eventgroups of events");
   cli::add_quiet(*command, arguments->quiet);

@@ -8,6 +8,7 @@
 #include "bridge/carry/runtime/make_routes.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "sd/net/e2e_channel.hpp"
+#include "sd/wire/message.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -159,13 +160,22 @@ class RoutePlayer final : public Player {
       ++topics_;
       return false;
     }
-    if (one.someip->message.header.type != someip::MessageType::notification) {
+    if (const someip::Header& header = one.someip->message.header;
+        header.type != someip::MessageType::notification || sd::is_sd(header)) {
       ++other_messages_;
       return false;
     }
     const bool taken = someip_.deliver(*one.someip);
     no_route_ += taken ? 0 : 1;
     return taken;
+  }
+
+  bool has_receivers() const override {
+    return std::ranges::all_of(routes_, [](const auto& one) {
+      const CounterGroup group = one.route->counters();
+      const auto readers = std::ranges::find(group.counters, "readers", &Counter::name);
+      return readers != group.counters.end() && readers->count > 0;
+    });
   }
 
   std::vector<std::pair<std::string, std::uint64_t>> not_sent() const override {

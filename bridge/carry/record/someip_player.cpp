@@ -176,6 +176,11 @@ class SomeipPlayer final : public Player {
     return notified.subscribers > notified.dropped;
   }
 
+  bool has_receivers() const override {
+    return std::ranges::all_of(
+        offers_, [this](const auto& one) { return node_.subscribers(one.second, one.first.event) > 0; });
+  }
+
   std::vector<std::pair<std::string, std::uint64_t>> not_sent() const override {
     return {{"samples of topics: replay these with --to dds, beside a bridge", topics_},
             {"calls and answers, which are not replayed", calls_},

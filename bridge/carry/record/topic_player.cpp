@@ -47,6 +47,10 @@ class TopicPlayer final : public Player {
     return true;
   }
 
+  bool has_receivers() const override {
+    return std::ranges::all_of(writers_, [](const auto& one) { return one.second.matched() > 0; });
+  }
+
   std::vector<std::pair<std::string, std::uint64_t>> not_sent() const override {
     std::vector<std::pair<std::string, std::uint64_t>> all{
         {"messages of topics that were not asked for", not_wanted_},

@@ -251,8 +251,11 @@ class Page(unittest.TestCase):
         browser.open(url)
         browser.wait_for_text("#graph", "flowing")
         browser.run("location.hash = document.querySelector('#graph a').getAttribute('href')")
-        browser.wait_for_text("#sight-words", "131,072 points, in ")  # as many as the scene of the demo has
-        self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "131072")
+        browser.wait_for_text("#sight-words", " points, ")
+        words = browser.text("#sight-words")
+        shown, nowhere = (int(found[1].replace(",", "")) if (found := re.search(f"([0-9,]+) {what}", words)) else 0
+                          for what in ("points", "nowhere"))
+        self.assertEqual(shown + nowhere, 131072, words)  # as many as the scene of the demo has
         pixels = "return document.querySelector('canvas.scene').toDataURL()"
         first = browser.run(pixels)
         browser.wait("another picture", "return document.querySelector('canvas.scene').toDataURL() !== arguments[0]", first)

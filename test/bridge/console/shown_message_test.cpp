@@ -87,7 +87,8 @@ TEST(ShownMessage, SaysWhatIsWrongWithIt) {
 
 TEST(ShownMessage, SaysThatItIsTooLargeOrNotThere) {
   ShownMessage message = shown("geometry_msgs/msg/Point", "{}");
-  message.newest = std::make_shared<carry::SeenMessage>(carry::SeenMessage{.bytes = {}, .size = 1'000'000'000});
+  message.newest =
+      std::make_shared<carry::SeenMessage>(carry::SeenMessage{.bytes = {}, .size = 1'000'000'000});
   EXPECT_THAT(message_json(message), HasSubstr("it is too large to be shown"));
   message.newest = nullptr;
   EXPECT_EQ(message_json(message), R"({"route":"/seen","type":"geometry_msgs/msg/Point"})");
@@ -137,13 +138,21 @@ TEST(Sight, LeavesOutPointsThatAreNowhere) {
 }
 
 TEST(Sight, OfALargeCloudIsEverySecondPoint) {
-  std::string data(std::size_t{most_points} * 2 * 12 * 2, '0');
-  const auto seen =
-      see(shown("sensor_msgs/msg/PointCloud2",
-                "{height: 2, width: 200000, point_step: 12, row_step: 2400000, fields: ["
-                "{name: x, offset: 0, datatype: 7, count: 1}, {name: y, offset: 4, datatype: 7, count: 1},"
-                "{name: z, offset: 8, datatype: 7, count: 1}], data: 'hex:" +
-                    data + "'}"));
+  ShownMessage message =
+      shown("sensor_msgs/msg/PointCloud2",
+            "{height: 2, width: 200000, point_step: 12, row_step: 2400000, fields: ["
+            "{name: x, offset: 0, datatype: 7, count: 1}, {name: y, offset: 4, datatype: 7, count: 1},"
+            "{name: z, offset: 8, datatype: 7, count: 1}], data: []}");
+  carry::SeenMessage large = *message.newest;
+  const std::uint32_t data = most_points * 2 * 12;
+  large.bytes.resize(large.bytes.size() - 5);  // the count of `data`, and `is_dense`
+  for (const unsigned shift : {0U, 8U, 16U, 24U}) {
+    large.bytes.push_back(static_cast<std::byte>(data >> shift));
+  }
+  large.bytes.resize(large.bytes.size() + data + 1);
+  large.size = large.bytes.size();
+  message.newest = std::make_shared<carry::SeenMessage>(std::move(large));
+  const Seen seen = see(message);
   EXPECT_EQ(seen.about["points"], 400'000);
   EXPECT_EQ(seen.about["every"], 2);
   EXPECT_EQ(seen.about["sent"], 200'000);

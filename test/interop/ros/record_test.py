@@ -79,7 +79,8 @@ class Records(unittest.TestCase):
 
     def messages(self):
         return {"/text": (LATCHED, [String(data="é" * n) for n in range(30)]),
-                "/points": (FAST, [ros_test.cloud(seed) for seed in range(5)])}
+                "/points": (FAST, [ros_test.cloud(seed, 1000) for seed in range(5)]  # smaller than buffers: none may be lost
+                )}
 
     def test_rosbags_reads_what_a_node_sent(self):
         sent = self.messages()
@@ -124,7 +125,7 @@ class Records(unittest.TestCase):
         got = {topic: [] for topic in sent}
         for topic, (qos, messages) in sent.items():
             watcher.node.create_subscription(type(messages[0]), topic, got[topic].append, qos)
-        player = self.start("replay", bag, "--delay", "3", domain=2)
+        player = self.start("replay", bag, "--wait", PATIENCE, domain=2)
         self.assertTrue(watcher.wait(lambda: all(len(got[topic]) == len(messages) for topic, (_, messages) in sent.items())),
                         {topic: len(messages) for topic, messages in got.items()})
         self.assertEqual(got, {topic: messages for topic, (_, messages) in sent.items()})

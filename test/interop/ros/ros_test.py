@@ -109,8 +109,7 @@ class Ros:
         rclpy.shutdown(context=self.context)
 
 
-def cloud(seed):
-    points = 20_000
+def cloud(seed, points=20_000):
     return PointCloud2(height=1, width=points, point_step=16, row_step=16 * points, is_dense=True,
                        fields=[PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
                                for i, name in enumerate("xyzi")],

@@ -75,7 +75,7 @@ class Replay(RecordTest):
         target = self.folder / f"again_{len(list(self.folder.iterdir()))}.mcap"
         recorder = self.start("record", "-o", target, "--topics", "/**", "--compression", "none", "-q", env=ENVIRONMENT)
         self.wait(target.exists, "the recorder does not start")
-        output, errors = self.run_trestle("replay", *arguments, "--delay", "3", environment=ENVIRONMENT)
+        output, errors = self.run_trestle("replay", *arguments, "--wait", PATIENCE, environment=ENVIRONMENT)
         recorder.send_signal(signal.SIGINT)
         recorder.communicate(timeout=PATIENCE)
         return [one for one in Mcap(target).messages if one[0] == topic], output, errors
@@ -123,7 +123,7 @@ routes:
         _, capture, _ = self.record_both()
         events = [one for one in decoded(capture) if one["message_type"] == "NOTIFICATION" and one["service"] == "0x2222"]
         receiver = self.start("subscribe", "0x2222.1", "1", "--address", BRIDGE, *NETWORK, "--count", str(len(events)), "-q")
-        output, errors = self.run_trestle("replay", capture, "--to", "someip", "--address", PEER, *NETWORK, "--delay", "3")
+        output, errors = self.run_trestle("replay", capture, "--to", "someip", "--address", PEER, *NETWORK, "--wait", PATIENCE)
         self.assertIn("offering 0x2222.0x0001 with 1 eventgroup\n", errors)
         self.assertIn(f"{len(events)} messages replayed\n", output)
         received, _ = receiver.communicate(timeout=PATIENCE)

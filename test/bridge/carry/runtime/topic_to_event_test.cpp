@@ -1,3 +1,5 @@
+#include <deque>
+
 #include "test/bridge/carry/runtime/route_test.hpp"
 
 namespace trestle::test::topic_to_event_test {
@@ -13,9 +15,10 @@ class TopicToEventTest : public RouteTest {
   TopicToEventTest() { config_.routes = {route(carry::Direction::dds_to_someip)}; }
   carry::Route& settings() { return config_.routes.front(); }
   void publish(const Bytes& cdr, std::chrono::nanoseconds source_time = {}) {
-    dds_.on_sample(dds::Sample{cdr, source_time, ++sequence_});
+    dds_.on_sample(dds::Sample{samples_.emplace_back(cdr), source_time, ++sequence_});
   }
 
+  std::deque<Bytes> samples_;  // outlive what is lent
   std::uint64_t sequence_ = 0;
 };
 
