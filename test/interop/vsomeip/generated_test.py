@@ -51,11 +51,11 @@ class Generated(unittest.TestCase):
         return subprocess.run(command, capture_output=True, text=True, timeout=60)
 
     def test_methods_and_fields_by_their_names(self):
-        answer = self.trestle("call", "Door.open", "{speed: FAST, opening: 80}", "--timeout", "30")
+        answer = self.trestle("call", "Door.open", '{"speed": "FAST", "opening": 80}', "--timeout", "30")
         self.assertEqual(answer.returncode, 0, answer.stderr)
         self.assertIn('"done":true', answer.stdout.replace(" ", ""))
         self.assertIn('"OK"', answer.stdout)
-        answer = self.trestle("call", "Door.open", "{speed: SLOW, opening: 101}", "--timeout", "30")
+        answer = self.trestle("call", "Door.open", '{"speed": "SLOW", "opening": 101}', "--timeout", "30")
         self.assertIn('"BLOCKED"', answer.stdout)
         answer = self.trestle("call", "Door.label", "--timeout", "30")
         self.assertEqual(answer.returncode, 0, answer.stderr)
