@@ -107,8 +107,21 @@ constexpr NeedRule need_rules[]{
     {Need::event,
      "no event that comes by itself (eventgroups: cycle), or when it is told to (trigger, or ets: true)",
      [](const Profile& p) { return p.service().udp_port && event_source(p); }},
+    {Need::tcp_event,
+     "no event over TCP that comes by itself (eventgroups: tcp, cycle), or when it is told to (trigger, or "
+     "ets: "
+     "true)",
+     [](const Profile& p) { return tcp_event_source(p).has_value(); }},
     {Need::ets, "no Enhanced Testability Service (ets: true)", [](const Profile& p) { return p.ets; }},
-    {Need::tp, "no SOME/IP-TP (tp: true)", [](const Profile& p) { return p.tp && p.ets; }},
+    {Need::large_request, "no method that takes requests in segments (large: echo or request; or tp: true)",
+     [](const Profile& p) { return p.service().udp_port && large_request(p); }},
+    {Need::large_message,
+     "no response or event that comes in segments (large: echo, response or event; or tp: true)",
+     [](const Profile& p) {
+       const auto request = large_request(p);
+       return p.service().udp_port &&
+              ((request && request->is_echo) || p.service().large.response || large_event(p));
+     }},
 };
 
 }  // namespace

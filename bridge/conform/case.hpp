@@ -57,7 +57,7 @@ enum class Need : std::uint32_t {
   cyclic_offers = 1U << 11U,
   repetitions = 1U << 12U,
   ets = 1U << 13U,
-  tp = 1U << 14U,
+  large_request = 1U << 14U,  ///< a method that takes requests in segments
   tcp_eventgroup = 1U << 15U,
   stop = 1U << 16U,                 ///< the device can be stopped, not just restarted
   multicast_threshold = 1U << 17U,  ///< an eventgroup that goes from unicast to multicast
@@ -68,6 +68,8 @@ enum class Need : std::uint32_t {
   client = 1U << 22U,               ///< the device uses a service by itself
   ets_client = 1U << 23U,           ///< it uses one when the Enhanced Testability Service says so
   event = 1U << 24U,                ///< an event that can be waited for
+  large_message = 1U << 25U,        ///< a response or an event that comes in segments
+  tcp_event = 1U << 26U,            ///< an event over TCP that can be waited for
 };
 [[nodiscard]] constexpr Need operator|(Need a, Need b) noexcept {
   return static_cast<Need>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));

@@ -13,10 +13,11 @@ namespace {
 
 /// Nothing: it is as it was.
 std::optional<CaseChange> change_of(const ReadCase& before, const ReadCase& after) {
-  if (before.verdict == after.verdict && (is_good(before.verdict) || before.reason == after.reason)) {
+  const auto bad = [](Verdict verdict) { return !is_good(verdict) && verdict != Verdict::unsupported; };
+  // Why it is not supported may have a number in it that is never the same.
+  if (before.verdict == after.verdict && (!bad(before.verdict) || before.reason == after.reason)) {
     return std::nullopt;
   }
-  const auto bad = [](Verdict verdict) { return !is_good(verdict) && verdict != Verdict::unsupported; };
   return is_good(before.verdict) && bad(after.verdict)   ? CaseChange::broke
          : bad(before.verdict) && is_good(after.verdict) ? CaseChange::mended
                                                          : CaseChange::other;

@@ -142,6 +142,53 @@ E2eProtection read_protection(const YAML::Node& node, Problems& problems) {
   return how;
 }
 
+RequestProfile read_request(const YAML::Node& node, const char* key, Problems& problems) {
+  Section section{node, key, problems};
+  RequestProfile request;
+  section.require("method", id<someip::MethodId>(0x7fff), request.method);
+  section.read("payload", hex_bytes(), request.payload);
+  section.finish();
+  return request;
+}
+
+/// Where an event comes from that can be waited for: by unicast over UDP, when the device is told to send it,
+/// or by itself.
+std::optional<EventSource> source_of(const ServiceProfile& service, someip::MethodId event) {
+  for (const EventgroupProfile& group : service.eventgroups) {
+    const auto found = std::ranges::find(group.events, event);
+    if (!group.tcp && !group.multicast && found != group.events.end() &&
+        (group.trigger || (group.cycle && found == group.events.begin()))) {
+      return EventSource{.group = group.id,
+                         .event = event,
+                         .trigger = group.trigger,
+                         .cycle = group.cycle.value_or(Duration{0})};
+    }
+  }
+  return std::nullopt;
+}
+
+LargeProfile read_large(const YAML::Node& node, const ServiceProfile& service, Problems& problems) {
+  Section section{node, "large", problems};
+  LargeProfile large;
+  read_optional(section, "echo", id<someip::MethodId>(0x7fff), large.echo);
+  read_optional(section, "request", id<someip::MethodId>(0x7fff), large.request);
+  if (has(section, "response")) {
+    large.response = read_request(section.child("response"), "response", problems);
+  }
+  read_optional(section, "event", id<someip::MethodId>(), large.event);
+  if (large.event && !source_of(service, *large.event)) {
+    problems.error(
+        section.mark(),
+        "large: expected an event that can be waited for: of an eventgroup with a 'trigger', or the "
+        "first of one with a 'cycle', without multicast and TCP");
+  }
+  if (!service.udp_port) {
+    problems.error(section.mark(), "large: expected a service with a port of UDP: TCP needs no segments");
+  }
+  section.finish();
+  return large;
+}
+
 ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
   Section section{node, "service", problems};
   ServiceProfile service;
@@ -159,11 +206,7 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     }
   }
   if (has(section, "request")) {
-    Section request{section.child("request"), "request", problems};
-    service.request.emplace();
-    request.require("method", id<someip::MethodId>(0x7fff), service.request->method);
-    request.read("payload", hex_bytes(), service.request->payload);
-    request.finish();
+    service.request = read_request(section.child("request"), "request", problems);
   }
   read_optional(section, "fire_and_forget", id<someip::MethodId>(0x7fff), service.fire_and_forget);
   if (has(section, "field")) {
@@ -174,6 +217,9 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
     field.require("value", hex_bytes(), service.field->value);
     field.require("eventgroup", id<someip::EventgroupId>(), service.field->eventgroup);
     field.finish();
+  }
+  if (has(section, "large")) {
+    service.large = read_large(section.child("large"), service, problems);
   }
   if (has(section, "e2e")) {
     for (const YAML::Node& one : section.list("e2e", "a list of methods with end-to-end protection")) {
@@ -371,6 +417,39 @@ std::optional<EventSource> event_source(const Profile& profile) {
     }
   }
   return std::nullopt;
+}
+
+std::optional<EventSource> tcp_event_source(const Profile& profile) {
+  if (profile.ets) {
+    return EventSource{.group = someip::EventgroupId{2},
+                       .event = someip::MethodId{0x8003},
+                       .trigger = someip::MethodId{0x05}};
+  }
+  for (const EventgroupProfile& one : profile.service().eventgroups) {
+    if (one.tcp && !one.events.empty() && (one.cycle || (one.trigger && profile.service().udp_port))) {
+      return EventSource{.group = one.id,
+                         .event = one.events.front(),
+                         .trigger = one.trigger,
+                         .cycle = one.cycle.value_or(Duration{0})};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<LargeRequest> large_request(const Profile& profile) {
+  const LargeProfile& large = profile.service().large;
+  if (profile.ets && profile.tp) {
+    return LargeRequest{.method = someip::MethodId{0x09}, .is_echo = true};
+  }
+  if (large.echo) {
+    return LargeRequest{.method = *large.echo, .is_echo = true};
+  }
+  return large.request ? std::optional{LargeRequest{.method = *large.request}} : std::nullopt;
+}
+
+std::optional<EventSource> large_event(const Profile& profile) {
+  const auto event = profile.service().large.event;
+  return event ? source_of(profile.service(), *event) : std::nullopt;
 }
 
 std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,

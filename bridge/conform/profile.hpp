@@ -36,6 +36,16 @@ struct FieldProfile {
   someip::EventgroupId eventgroup{};
 };
 
+/// What is large at a service without the Enhanced Testability Service, so that it goes in segments
+/// (SOME/IP-TP).
+struct LargeProfile {
+  std::optional<someip::MethodId> echo{};     ///< answers with the payload that it gets
+  std::optional<someip::MethodId> request{};  ///< takes any array of bytes, and answers without an error
+  std::optional<RequestProfile> response{};   ///< has a large answer
+  std::optional<someip::MethodId>
+      event{};  ///< of an eventgroup with a trigger, or the first of one with a cycle
+};
+
 /// What an offer says of its place among the instances of a service.
 struct LoadBalancingProfile {
   std::uint16_t priority = 0;
@@ -56,6 +66,7 @@ struct ServiceProfile {
   std::optional<FieldProfile> field{};
   std::optional<LoadBalancingProfile> load_balancing{};  ///< of its offers
   std::vector<std::string> configuration{};              ///< of its offers: "key", "key=" or "key=value"
+  LargeProfile large{};
   std::vector<E2eProtection> e2e{};  ///< methods that answer with the payload that they get
 };
 
@@ -143,7 +154,7 @@ struct Profile {
   std::vector<ServiceProfile> services{};
   std::vector<UsedService> uses{};
   bool ets = false;  ///< the first service has the interface of the Enhanced Testability Service
-  bool tp = false;   ///< its array echo (0x09) takes requests in segments
+  bool tp = false;   ///< its array echo (0x09) takes requests in segments, and answers so
   TimingProfile timing{};
   PolicyProfile policy{};
   LifecycleProfile lifecycle{};
@@ -163,6 +174,20 @@ struct Profile {
 
 /// One of the first service; nothing: the profile tells of none.
 [[nodiscard]] std::optional<EventSource> event_source(const Profile& profile);
+
+/// The same over TCP. A trigger is called over UDP.
+[[nodiscard]] std::optional<EventSource> tcp_event_source(const Profile& profile);
+
+/// A method of the first service that takes requests in segments.
+struct LargeRequest {
+  someip::MethodId method{};
+  bool is_echo = false;  ///< it answers with the payload that it gets
+};
+
+/// Nothing: the profile tells of none.
+[[nodiscard]] std::optional<LargeRequest> large_request(const Profile& profile);
+/// An event of the first service that comes in segments; nothing: the profile tells of none.
+[[nodiscard]] std::optional<EventSource> large_event(const Profile& profile);
 
 /// Whether a profile names services that the device offers or uses.
 enum class ProfileServices : std::uint8_t { needed, optional };

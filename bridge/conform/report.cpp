@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,11 @@ namespace {
 
 std::string again(const Case& one, const RunInfo& info) {
   return info.command + " " + one.id;
+}
+
+/// That of the case, as a person would name it from where the command ran.
+std::string capture(const CaseResult& result, const RunInfo& info) {
+  return (std::filesystem::path{info.folder} / result.evidence).lexically_normal().string();
 }
 
 std::string difference_lines(const Attempt& outcome, const char* indent) {
@@ -36,9 +42,9 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
   all += fmt::format("        <property name=\"verdict\" value=\"{}\"/>\n      </properties>\n",
                      to_string(result.outcome.verdict));
   const std::string reason = xml_text(result.outcome.reason);
-  const std::string details = xml_text(fmt::format("{}\n{}evidence: {}/{}\nagain: {}\n", one.title,
-                                                   difference_lines(result.outcome, ""), info.folder,
-                                                   result.evidence, again(one, info)));
+  const std::string details =
+      xml_text(fmt::format("{}\n{}evidence: {}\nagain: {}\n", one.title, difference_lines(result.outcome, ""),
+                           capture(result, info), again(one, info)));
   switch (result.outcome.verdict) {
     case Verdict::fail:
       all += fmt::format("      <failure message=\"{}\">{}</failure>\n", reason, details);
@@ -147,8 +153,7 @@ std::string case_text(const CaseResult& result, const RunInfo& info, const cli::
         all += fmt::format("\n{:>16}{}{}: {}{}", "", colours.dim, row->id, row->summary, colours.off);
       }
     }
-    all += fmt::format("\n{:>16}{}evidence: {}/{}{}", "", colours.dim, info.folder, result.evidence,
-                       colours.off);
+    all += fmt::format("\n{:>16}{}evidence: {}{}", "", colours.dim, capture(result, info), colours.off);
     all += fmt::format("\n{:>16}{}again:    {}{}", "", colours.dim, again(one, info), colours.off);
   }
   return all;
@@ -170,8 +175,8 @@ std::string explanation(const Case& one) {
 }
 
 std::string summary(const RunResult& run, const cli::Colours& colours) {
-  std::string all =
-      fmt::format("{} cases in {:.1f} s:", run.cases.size(), static_cast<double>(run.took.count()) / 1000);
+  std::string all = fmt::format("{} case{} in {:.1f} s:", run.cases.size(), run.cases.size() == 1 ? "" : "s",
+                                static_cast<double>(run.took.count()) / 1000);
   for (const Verdict verdict : all_verdicts) {
     if (const std::size_t count = run.count(verdict); count > 0) {
       all += fmt::format(" {}{} {}{}", colour_of(verdict, colours), count, to_string(verdict), colours.off);

@@ -19,7 +19,7 @@ struct CaseResult {
   int attempts = 0;
   std::chrono::milliseconds took{0};
   Timeline timeline{};     ///< what the capture has, in short
-  std::string evidence{};  ///< the capture's file name within the folder; empty: nothing was written
+  std::string evidence{};  ///< the capture, from the folder; empty: nothing was written
 };
 
 /// What became of all.

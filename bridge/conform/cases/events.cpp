@@ -268,20 +268,27 @@ void add_event_cases(Cases& cases) {
       {.id = "event.field-changes",
        .title = "tells subscribers the new value of a field",
        .requirements = {"feat_req_someip_635"},
-       .needs = Need::field | Need::ets | Need::udp,
+       .needs = Need::field | Need::initial_values | Need::udp,
        .run =
            [](Trial& t) {
              const FieldProfile& field = *t.profile.service().field;
+             const EventgroupProfile& group =
+                 t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
+             if (group.id != field.eventgroup) {
+               t.unsupported(
+                   "the eventgroup of the field is not the first over UDP with initial_values: true");
+             }
+             const someip::MethodId notifier = group.events.front();
              std::size_t since = t.now();
-             t.acknowledged(t.subscribe(t.profile.service(), field.eventgroup, {t.own_endpoint()}));
-             t.event(someip::MethodId{0x8006}, since);
+             t.acknowledged(t.subscribe(group));
+             t.event(notifier, since);
              Bytes other = field.value;
              other.back() ^= std::byte{0x5a};
              t.good_answer_to(t.call(field.setter, other));
              t.pass();
              since = t.now();
              t.good_answer_to(t.call(field.setter, field.value));
-             const SeenMessage seen = t.event(someip::MethodId{0x8006}, since);
+             const SeenMessage seen = t.event(notifier, since);
              t.equal("value", hex(field.value), hex(seen.message.payload), seen.packet);
            }},
   };

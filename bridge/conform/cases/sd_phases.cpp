@@ -179,14 +179,15 @@ void add_sd_phase_cases(Cases& cases) {
       {.id = "sd.reboot.initial-events-again",
        .title = "sends initial events again to a client that was restarted",
        .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_833"},
-       .needs = Need::ets | Need::initial_values,
+       .needs = Need::initial_values | Need::udp,
        .run =
            [](Trial& t) {
-             const SdStimulus stimulus =
-                 t.subscribe(t.profile.service(), someip::EventgroupId{5}, {t.own_endpoint()});
-             subscribed(t, stimulus, someip::MethodId{0x8006});
+             const EventgroupProfile& group =
+                 t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
+             const SdStimulus stimulus = t.subscribe(group);
+             subscribed(t, stimulus, group.events.front());
              t.sessions.reboot();
-             subscribed(t, stimulus, someip::MethodId{0x8006});
+             subscribed(t, stimulus, group.events.front());
            }},
       {.id = "sd.reboot.by-unicast-and-multicast",
        .title = "acknowledges the subscriptions of a client before and after its restart",

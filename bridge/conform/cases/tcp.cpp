@@ -263,30 +263,33 @@ void add_tcp_cases(Cases& cases) {
        .title = "acknowledges a Subscribe over TCP, and sends its events on the connection",
        .requirements = {"feat_req_someipsd_788", "feat_req_someipsd_767"},
        .tc8 = {"SOMEIP_ETS_108", "SOMEIP_ETS_151"},
-       .needs = Need::tcp | Need::ets,
+       .needs = Need::tcp | Need::tcp_event,
        .run =
            [](Trial& t) {
+             const EventSource source = tcp_event_source(t.profile).value_or(EventSource{});
              const PortId connection = t.tcp();
-             t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2},
+             t.acknowledged(t.subscribe(t.profile.service(), source.group,
                                         {endpoint_option(t.tester.local(connection), Transport::tcp)}));
-             const std::size_t since = t.now();
-             Call trigger = t.call(someip::MethodId{0x05});
-             trigger.type = someip::MessageType::request_no_return;
-             t.send(trigger);
-             const SeenMessage seen = t.event(someip::MethodId{0x8003}, since);
+             const SeenMessage seen = t.event(source);
              t.equal("transport", Transport::tcp, seen.packet->transport, seen.packet);
            }},
       {.id = "tcp.field",
        .title = "gets and sets a field over TCP",
        .requirements = {"feat_req_someip_633", "feat_req_someip_634"},
        .tc8 = {"SOMEIP_ETS_168"},
-       .needs = Need::tcp | Need::ets,
+       .needs = Need::tcp | Need::field,
        .run =
            [](Trial& t) {
-             t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2a})));
-             t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2b}, bytes({0x33}))));
-             const SeenMessage seen = t.good_answer_to(over_tcp(t.call(someip::MethodId{0x2a})));
-             t.equal("value", std::string{"33"}, hex(seen.message.payload), seen.packet);
+             FieldProfile field = *t.profile.service().field;
+             if (t.profile.ets) {
+               field = {.getter = someip::MethodId{0x2a},
+                        .setter = someip::MethodId{0x2b},
+                        .value = bytes({0x33})};
+             }
+             t.good_answer_to(over_tcp(t.call(field.getter)));
+             t.good_answer_to(over_tcp(t.call(field.setter, field.value)));
+             const SeenMessage seen = t.good_answer_to(over_tcp(t.call(field.getter)));
+             t.equal("value", hex(field.value), hex(seen.message.payload), seen.packet);
            }},
   };
   cases.insert(cases.end(), all.begin(), all.end());

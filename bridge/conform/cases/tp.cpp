@@ -12,8 +12,9 @@ using namespace std::chrono_literals;
 using enum Level;
 
 constexpr std::size_t segment_bytes = 1392;
+constexpr someip::ClientId client{0x5a42};
 
-/// The payload of a request for the echo of an array: a length field and so many bytes.
+/// An array of bytes: a length field and so many of them.
 Bytes array_of(std::size_t count) {
   Bytes payload;
   append_u32(payload, static_cast<std::uint32_t>(count));
@@ -41,11 +42,16 @@ std::vector<Segment> segments_of(const Bytes& payload) {
   return all;
 }
 
-/// Sends segments as those of one request to the echo of arrays (0x09).
+/// The request of a profile that takes segments. [the need of all cases that send some]
+LargeRequest receiver(const Trial& t) {
+  return large_request(t.profile).value_or(LargeRequest{});
+}
+
+/// Sends segments as those of one request.
 Call send_segments(Trial& t, const std::vector<Segment>& segments, std::uint16_t session,
                    std::uint8_t reserved = 0) {
-  Call call = t.call(someip::MethodId{0x09});
-  call.client = someip::ClientId{0x5a42};
+  Call call = t.call(receiver(t).method);
+  call.client = client;
   call.session = someip::SessionId{session};
   call.type = someip::MessageType::tp_request;
   for (const Segment& one : segments) {
@@ -57,60 +63,117 @@ Call send_segments(Trial& t, const std::vector<Segment>& segments, std::uint16_t
   return call;
 }
 
-/// The payload that comes back in segments, and what is to be said of each; nothing: it does not come, or not
-/// whole.
-struct Echo {
-  Bytes payload;
-  std::vector<SeenMessage> parts;
-};
+/// Whether a message needs nothing after it: the last segment, or one that is none.
+bool is_last(const SeenMessage& one) {
+  const auto segment = someip::decode_tp(one.message);
+  return segment ? !segment->header.more : !someip::is_tp(one.message.header.type);
+}
 
-std::optional<Echo> await_echo(Trial& t, std::size_t since, const Call& call, Duration within) {
-  const auto parts = [&] { return t.messages_since(since, Trial::is_answer_to(call)); };
-  const auto is_whole = [&] {
-    const auto all = parts();
-    return std::ranges::any_of(all, [](const SeenMessage& one) {
-      const auto segment = someip::decode_tp(one.message);
-      return segment ? !segment->header.more : !someip::is_tp(one.message.header.type);
-    });
-  };
-  if (!t.tester.receive(within, is_whole)) {
-    return std::nullopt;
+/// What a large message came in, in the order in which it came; nothing: it does not come, or not whole.
+std::vector<SeenMessage> await_parts(Trial& t, std::size_t since, Duration within,
+                                     const Trial::MessageIs& wanted) {
+  if (!t.tester.receive(within,
+                        [&] { return std::ranges::any_of(t.messages_since(since, wanted), is_last); })) {
+    return {};
   }
   t.tester.receive(20ms, [] { return false; });  // what came twice, or later than the last
-  Echo echo{.payload = {}, .parts = parts()};
-  for (const SeenMessage& one : echo.parts) {
+  auto parts = t.messages_since(since, wanted);
+  // The next one may have begun.
+  const auto last = std::ranges::find_if(parts, is_last);
+  const auto next = std::find_if(last + 1, parts.end(), [](const SeenMessage& one) {
+    const auto segment = someip::decode_tp(one.message);
+    return segment && segment->header.offset == 0;
+  });
+  parts.erase(next, parts.end());
+  return parts;
+}
+
+Bytes payload_of(const std::vector<SeenMessage>& parts) {
+  Bytes payload;
+  for (const SeenMessage& one : parts) {
     const auto segment = someip::decode_tp(one.message);
     const ByteView slice = segment ? segment->slice : one.message.payload;
     const std::size_t at = segment ? segment->header.offset : 0;
-    echo.payload.resize(std::max(echo.payload.size(), at + slice.size()));
-    std::ranges::copy(slice, echo.payload.begin() + static_cast<std::ptrdiff_t>(at));
+    payload.resize(std::max(payload.size(), at + slice.size()));
+    std::ranges::copy(slice, payload.begin() + static_cast<std::ptrdiff_t>(at));
   }
-  return echo;
+  return payload;
 }
 
-Echo expect_echo(Trial& t, const Bytes& payload, const std::vector<Segment>& segments,
-                 std::uint16_t session = 0x101) {
-  const std::size_t since = t.now();
-  const Call call = send_segments(t, segments, session);
-  auto echo = await_echo(t, since, call, t.profile.timing.answer_within * 2);
-  if (!echo) {
+/// Judges the answer to a large request: it is no error, and that of an echo has the same payload.
+void judge_answer(Trial& t, const Bytes& payload, const std::vector<SeenMessage>& parts) {
+  if (parts.empty()) {
     t.fail("no answer to a request in segments");
   }
-  t.equal("bytes of payload", payload.size(), echo->payload.size(), echo->parts.front().packet);
-  const auto [a, b] = std::ranges::mismatch(payload, echo->payload);
-  if (a != payload.end() && b != echo->payload.end()) {
-    t.different(fmt::format("byte {} of the payload", a - payload.begin()), hex({&*a, 1}), hex({&*b, 1}),
-                echo->parts.front().packet);
+  const SeenMessage& first = parts.front();
+  t.equal("Return Code", someip::ReturnCode::ok, first.message.header.return_code, first.packet);
+  if (!receiver(t).is_echo) {
+    return;
   }
-  return *echo;
+  const Bytes echo = payload_of(parts);
+  t.equal("bytes of payload", payload.size(), echo.size(), first.packet);
+  const auto [a, b] = std::ranges::mismatch(payload, echo);
+  if (a != payload.end() && b != echo.end()) {
+    t.different(fmt::format("byte {} of the payload", a - payload.begin()), hex({&*a, 1}), hex({&*b, 1}),
+                first.packet);
+  }
 }
 
-/// What is asked of the segments of a large response.
-auto large_response(void (*judge)(Trial& t, const Echo& echo)) {
-  return [judge](Trial& t) {
-    const Bytes payload = array_of(5000);
-    judge(t, expect_echo(t, payload, segments_of(payload)));
+void expect_answer(Trial& t, const Bytes& payload, const std::vector<Segment>& segments,
+                   std::uint16_t session = 0x101) {
+  const std::size_t since = t.now();
+  const Call call = send_segments(t, segments, session);
+  judge_answer(t, payload,
+               await_parts(t, since, t.profile.timing.answer_within * 2, Trial::is_answer_to(call)));
+}
+
+/// A large message of the device: the answer to a large request that it echoes, a large response, or an
+/// event.
+struct Large {
+  std::vector<SeenMessage> parts;
+  std::optional<someip::SessionId> session{};  ///< that it has to have; nothing: of an event
+};
+
+Large large_message(Trial& t) {
+  const Duration within = t.profile.timing.answer_within * 2;
+  const auto& response = t.profile.service().large.response;
+  const bool echoes = receiver(t).is_echo;
+  // One with another Session ID is a segment, too: the port is this trial's own.
+  const Trial::MessageIs answers = [](const SeenMessage& seen) {
+    return seen.message.header.client == client &&
+           someip::without_tp(seen.message.header.type) != someip::MessageType::notification;
   };
+  Large large;
+  if (echoes || response) {
+    const Bytes payload = array_of(5000);
+    const std::size_t since = t.now();
+    Call call;
+    if (echoes) {
+      call = send_segments(t, segments_of(payload), 0x101);
+    } else {
+      call = t.call(response->method, response->payload);
+      call.client = client;
+      call = t.send(call);
+    }
+    large = {.parts = await_parts(t, since, within, answers), .session = call.session};
+    if (echoes) {
+      judge_answer(t, payload, large.parts);
+    }
+  } else if (const auto source = large_event(t.profile)) {
+    (void)t.acknowledged(t.subscribe(*source));
+    const std::size_t since = t.now();
+    t.ask_for(*source);
+    large.parts = await_parts(t, since, 2 * source->cycle + within, t.is_event(source->event));
+  }
+  if (large.parts.empty()) {
+    t.fail("no large message comes, or not all of it");
+  }
+  return large;
+}
+
+/// What is asked of the segments of a large message.
+auto sent_in_segments(void (*judge)(Trial& t, const Large& large)) {
+  return [judge](Trial& t) { judge(t, large_message(t)); };
 }
 
 /// Segments of a large request in another order, or changed, that have to be put together.
@@ -119,7 +182,7 @@ auto put_together(void (*change)(std::vector<Segment>& segments)) {
     const Bytes payload = array_of(6000);
     std::vector<Segment> segments = segments_of(payload);
     change(segments);
-    expect_echo(t, payload, segments);
+    expect_answer(t, payload, segments);
   };
 }
 
@@ -142,24 +205,23 @@ auto not_put_together(void (*change)(std::vector<Segment>& segments)) {
 }  // namespace
 
 void add_tp_cases(Cases& cases) {
-  const Need tp = Need::tp | Need::udp;
   const Cases all{
       {.id = "tp.order.ascending",
        .title = "puts segments in ascending order together",
        .requirements = {"feat_req_someiptp_789", "feat_req_someiptp_783", "feat_req_someiptp_785"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = put_together([](std::vector<Segment>&) {})},
       {.id = "tp.order.descending",
        .title = "puts segments in descending order together",
        .level = should,
        .requirements = {"feat_req_someiptp_820"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = put_together([](std::vector<Segment>& segments) { std::ranges::reverse(segments); })},
       {.id = "tp.order.out-of-order",
        .title = "puts segments together that are up to three places off",
        .level = should,
        .requirements = {"feat_req_someiptp_790"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = put_together([](std::vector<Segment>& segments) {
          std::rotate(segments.begin(), segments.begin() + 1, segments.begin() + 4);
        })},
@@ -167,7 +229,7 @@ void add_tp_cases(Cases& cases) {
        .title = "puts segments together of which each comes twice",
        .level = should,
        .requirements = {"feat_req_someiptp_797"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = put_together([](std::vector<Segment>& segments) {
          std::vector<Segment> twice;
          for (const Segment& one : segments) {
@@ -182,7 +244,7 @@ void add_tp_cases(Cases& cases) {
        .title = "keeps the bytes that came first where segments overlap",
        .level = should,
        .requirements = {"feat_req_someiptp_797"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = put_together([](std::vector<Segment>& segments) {
          Segment other = segments[1];
          for (std::byte& one : other.slice) {
@@ -193,27 +255,28 @@ void add_tp_cases(Cases& cases) {
       {.id = "tp.reserved-ignored",
        .title = "does not care for reserved bits of segments",
        .requirements = {"feat_req_someiptp_769"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run =
            [](Trial& t) {
              const Bytes payload = array_of(4000);
              const std::size_t since = t.now();
              const Call call = send_segments(t, segments_of(payload), 0x301, 7);
-             if (!await_echo(t, since, call, t.profile.timing.answer_within * 2)) {
+             if (await_parts(t, since, t.profile.timing.answer_within * 2, Trial::is_answer_to(call))
+                     .empty()) {
                t.fail("no answer to a request in segments with reserved bits");
              }
            }},
       {.id = "tp.interleaved-clients",
        .title = "puts two messages of two clients together whose segments alternate",
        .requirements = {"feat_req_someiptp_787", "feat_req_someiptp_803"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run =
            [](Trial& t) {
              const Bytes payload = array_of(5000);
              const auto segments = segments_of(payload);
              const PortId other = t.tester.open_udp();
              const std::size_t since = t.now();
-             Call call = t.call(someip::MethodId{0x09});
+             Call call = t.call(receiver(t).method);
              call.type = someip::MessageType::tp_request;
              call.session = someip::SessionId{0x401};
              Call second = call;
@@ -228,14 +291,16 @@ void add_tp_cases(Cases& cases) {
                t.send(second, t.udp_of(t.profile.service()), other);
              }
              for (const Call& one : {call, second}) {
-               t.require(await_echo(t, since, one, t.profile.timing.answer_within * 2).has_value(), "answer",
-                         fmt::format("to client {:#06x}", value(one.client)), "none", nullptr);
+               const auto parts =
+                   await_parts(t, since, t.profile.timing.answer_within * 2, Trial::is_answer_to(one));
+               t.require(!parts.empty(), "answer", fmt::format("to client {:#06x}", value(one.client)),
+                         "none", nullptr);
              }
            }},
       {.id = "tp.new-session",
        .title = "drops a message that is not whole when the next one begins",
        .requirements = {"feat_req_someiptp_793", "feat_req_someiptp_795"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run =
            [](Trial& t) {
              const Bytes payload = array_of(5000);
@@ -243,65 +308,57 @@ void add_tp_cases(Cases& cases) {
              auto half = segments;
              half.pop_back();
              send_segments(t, half, 0x501);
-             expect_echo(t, payload, segments, 0x502);
+             expect_answer(t, payload, segments, 0x502);
            }},
       {.id = "tp.reject.missing-segment",
        .title = "does not deliver a message of which a segment is missing",
        .requirements = {"feat_req_someiptp_783"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = not_put_together([](std::vector<Segment>& segments) { segments.erase(segments.begin() + 1); })},
       {.id = "tp.reject.no-last",
        .title = "does not deliver a message without its last segment",
        .requirements = {"feat_req_someiptp_783", "feat_req_someiptp_770"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = not_put_together([](std::vector<Segment>& segments) { segments.pop_back(); })},
       {.id = "tp.reject.unaligned",
        .title = "does not deliver a message with a segment that is no multiple of 16 bytes",
        .requirements = {"feat_req_someiptp_792", "feat_req_someiptp_772"},
-       .needs = tp,
+       .needs = Need::large_request,
        .run = not_put_together([](std::vector<Segment>& segments) { segments[1].slice.resize(1385); })},
       {.id = "tp.response.payload",
-       .title = "sends a large response in segments",
+       .title = "sends a large message in segments",
        .requirements = {"feat_req_someiptp_760", "feat_req_someiptp_767"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
-         t.require(echo.parts.size() > 1, "segments", "several", std::to_string(echo.parts.size()),
-                   echo.parts.front().packet);
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
+         t.require(large.parts.size() > 1, "segments", "several", std::to_string(large.parts.size()),
+                   large.parts.front().packet);
        })},
       {.id = "tp.response.flag",
        .title = "sets the TP flag in segments",
        .requirements = {"feat_req_someiptp_765"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
-         for (const SeenMessage& one : echo.parts) {
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
+         for (const SeenMessage& one : large.parts) {
            t.equal("TP flag", true, someip::is_tp(one.message.header.type), one.packet);
          }
        })},
       {.id = "tp.response.session",
        .title = "sends all segments with one Session ID",
        .requirements = {"feat_req_someiptp_763", "feat_req_someiptp_774"},
-       .needs = tp,
-       .run =
-           [](Trial& t) {
-             const std::size_t since = t.now();
-             const Call call = send_segments(t, segments_of(array_of(5000)), 0x601);
-             t.tester.receive(t.profile.timing.answer_within / 2,
-                              [&] { return t.messages_since(since, Trial::is_answer_to(call)).size() >= 4; });
-             const auto segments = t.messages_since(since, [&](const SeenMessage& seen) {
-               return someip::is_tp(seen.message.header.type) && seen.message.header.client == call.client;
-             });
-             t.require(!segments.empty(), "segments", "some", "none", nullptr);
-             for (const SeenMessage& one : segments) {
-               t.equal("Session ID", value(call.session), value(one.message.header.session), one.packet);
-             }
-           }},
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
+         const someip::SessionId session = large.session.value_or(large.parts.front().message.header.session);
+         for (const SeenMessage& one : large.parts) {
+           t.equal("Session ID", value(session), value(one.message.header.session), one.packet);
+         }
+       })},
       {.id = "tp.response.sizes",
        .title = "sends segments of one size, a multiple of 16 of 1392 bytes at most, but for the last",
        .requirements = {"feat_req_someiptp_772", "feat_req_someiptp_773", "feat_req_someiptp_778"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
-         const auto first = someip::decode_tp(echo.parts.front().message);
-         for (const SeenMessage& one : echo.parts) {
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
+         const auto first = someip::decode_tp(large.parts.front().message);
+         for (const SeenMessage& one : large.parts) {
            const auto segment = someip::decode_tp(one.message);
            t.require(segment.has_value(), "segment", "a TP header and a multiple of 16 bytes", "another",
                      one.packet);
@@ -315,21 +372,21 @@ void add_tp_cases(Cases& cases) {
       {.id = "tp.response.last",
        .title = "clears the more-segments flag in the last segment alone",
        .requirements = {"feat_req_someiptp_770"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
          std::size_t last = 0;
-         for (const SeenMessage& one : echo.parts) {
+         for (const SeenMessage& one : large.parts) {
            const auto segment = someip::decode_tp(one.message);
            last += segment && !segment->header.more ? 1U : 0U;
          }
-         t.equal("last segments", std::size_t{1}, last, echo.parts.back().packet);
+         t.equal("last segments", std::size_t{1}, last, large.parts.back().packet);
        })},
       {.id = "tp.response.reserved",
        .title = "leaves reserved bits of segments 0",
        .requirements = {"feat_req_someiptp_769"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
-         for (const SeenMessage& one : echo.parts) {
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
+         for (const SeenMessage& one : large.parts) {
            if (const auto segment = someip::decode_tp(one.message)) {
              t.equal("reserved bits", 0, segment->header.reserved, one.packet);
            }
@@ -338,10 +395,10 @@ void add_tp_cases(Cases& cases) {
       {.id = "tp.response.once",
        .title = "sends each segment once, in ascending order",
        .requirements = {"feat_req_someiptp_777", "feat_req_someiptp_780"},
-       .needs = tp,
-       .run = large_response([](Trial& t, const Echo& echo) {
+       .needs = Need::large_message,
+       .run = sent_in_segments([](Trial& t, const Large& large) {
          std::size_t expected = 0;
-         for (const SeenMessage& one : echo.parts) {
+         for (const SeenMessage& one : large.parts) {
            if (const auto segment = someip::decode_tp(one.message)) {
              t.equal("offset", expected, std::size_t{segment->header.offset}, one.packet);
              expected = segment->header.offset + segment->slice.size();

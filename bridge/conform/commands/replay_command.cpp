@@ -92,7 +92,8 @@ int replay(const ReplayArguments& arguments) {
                      .command = "trestle conform replay " + files +
                                 (host ? " --host " + arguments.host : "") + ports + " --only"};
   RunResult run{.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
-  for (CaseResult& one : judge.results(arguments.captures.front())) {
+  for (CaseResult& one :
+       judge.results(std::filesystem::proximate(arguments.captures.front(), info.folder).string())) {
     if (arguments.only.empty() || std::ranges::any_of(arguments.only, [&](const std::string& selector) {
           return chosen(*one.what, selector);
         })) {

@@ -100,6 +100,34 @@ TEST(Need, OfACaseMakesItUnsupportedWithTheReason) {
   EXPECT_EQ(unsupported(one, profile), std::nullopt);
 }
 
+TEST(Need, OfSegmentsIsMetByWhatIsLargeInEachDirection) {
+  Profile profile;
+  profile.services.push_back({.service = someip::ServiceId{1}, .udp_port = std::uint16_t{30501}});
+  LargeProfile& large = profile.services.front().large;
+  Case takes = sample();
+  takes.needs = Need::large_request;
+  Case sends = sample();
+  sends.needs = Need::large_message;
+  EXPECT_TRUE(unsupported(takes, profile));
+  EXPECT_TRUE(unsupported(sends, profile));
+  large.request = someip::MethodId{2};
+  EXPECT_FALSE(unsupported(takes, profile));
+  EXPECT_TRUE(unsupported(sends, profile));
+  large = {.response = RequestProfile{.method = someip::MethodId{3}}};
+  EXPECT_TRUE(unsupported(takes, profile));
+  EXPECT_FALSE(unsupported(sends, profile));
+  large = {.echo = someip::MethodId{1}};
+  EXPECT_FALSE(unsupported(takes, profile));
+  EXPECT_FALSE(unsupported(sends, profile));
+  // The Enhanced Testability Service has one that is known.
+  large = {};
+  profile.tp = true;
+  EXPECT_TRUE(unsupported(takes, profile));
+  profile.ets = true;
+  EXPECT_FALSE(unsupported(takes, profile));
+  EXPECT_FALSE(unsupported(sends, profile));
+}
+
 TEST(Stimulus, IsRightUnlessItIsToBeWrong) {
   SdStimulus find{.entries = {{.service = someip::ServiceId{0x1234},
                                .instance = someip::InstanceId{1},

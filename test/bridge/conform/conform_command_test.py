@@ -93,6 +93,38 @@ class Conform(unittest.TestCase):
         self.assertIn("eventgroup", conform("run", "client.subscribe.eventgroup", "--dut", profile, *ADDRESSES,
                                             "--out", self.folder, status=1))
 
+    def test_judges_segments_of_a_device_without_testability_service(self):
+        device = pathlib.Path(__file__).parent / "large_device.py"
+
+        def verdicts(large, fault, *selectors, status):
+            profile = self.folder / "large.yaml"
+            profile.write_text("name: Large\n"
+                               "network: {device: 127.0.77.1, tester: 127.0.77.2, multicast: 239.255.77.1}\n"
+                               "services:\n"
+                               "  - id: 0x4321\n"
+                               "    instance: 1\n"
+                               "    udp: 40321\n"
+                               "    request: {method: 1, payload: 2a}\n"
+                               "    eventgroups: [{id: 1, events: [0x8001], cycle: 150 ms}]\n"
+                               f"    large: {large}\n"
+                               f"lifecycle: {{start: \"exec {sys.executable} {device} {{device}} {{multicast}} {fault}\"}}\n")
+            text = conform("run", *selectors, "--dut", profile, *ADDRESSES, "--out", self.folder, status=status)
+            cases = json.loads((self.folder / "results.json").read_text())["cases"]
+            return {one["id"].removeprefix("tp."): one["verdict"] for one in cases}, text
+
+        # Who takes large requests is judged by what it takes, who sends large messages by these.
+        for large in ("{echo: 1}", "{request: 2}", "{response: {method: 3}}", "{event: 0x8001}"):
+            found, text = verdicts(large, "", "tp", status=0)
+            for name, verdict in found.items():
+                has = "echo" in large or ("request" in large) != name.startswith("response.")
+                self.assertEqual(verdict, "pass" if has else "unsupported", f"{large}: {name}\n{text}")
+        for large, fault, name in [("{response: {method: 3}}", "session", "session"), *(("{event: 0x8001}", *one) for one in (
+                ("flag", "flag"), ("session", "session"), ("sizes", "sizes"), ("last", "last"), ("reserved", "reserved"), ("twice", "once")))]:
+            found, text = verdicts(large, fault, f"tp.response.{name}", status=1)
+            self.assertEqual(found, {f"response.{name}": "fail"}, f"{large}: {fault}\n{text}")
+        found, text = verdicts("{request: 2}", "whole", "tp.order.ascending", status=1)
+        self.assertEqual(found, {"order.ascending": "fail"}, text)
+
     def test_knows_finds_that_are_answered_by_multicast(self):
         profile = self.folder / "profile.yaml"
         profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}", "--event-group {event_multicast} --find-answers optimised")
@@ -279,7 +311,14 @@ class Conform(unittest.TestCase):
         self.assertIn('id="data"', (self.folder / "report.html").read_text())
         text = conform("replay", pathlib.Path(SOURCE) / "pcaps" / "vsomeip" / "errors_raw_client_vs_vsomeip_service.pcap",
                        "--host", "10.0.0.1", "--only", "pcap.header.message-type")
-        self.assertIn("1 pass", text)
+        self.assertRegex(text, "1 case in .* 1 pass")
+        # The capture is named as it was, wherever the results are.
+        text = conform("replay", os.path.relpath(capture := pathlib.Path(SOURCE) / "pcaps" / "vsomeip" / "fire_and_forget_udp_tcp.pcap"),
+                       "--out", self.folder, "--only", "pcap.sd.stop-offer", status=1)
+        named = re.search(r"evidence: (.+)", text)[1]
+        self.assertTrue(os.path.samefile(named, capture), named)
+        evidence = json.loads((self.folder / "results.json").read_text())["cases"][0]["evidence"]
+        self.assertTrue(os.path.samefile(self.folder / evidence, capture), evidence)
         self.assertIn("nobody", conform("replay", PROFILE, "--host", "nobody", status=2))
         conform("replay", PROFILE, status=2)
 

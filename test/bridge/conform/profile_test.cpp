@@ -90,6 +90,36 @@ TEST(Profile, TellsWhereAMistakeIs) {
   EXPECT_FALSE(errors_of("name: [").empty());
 }
 
+TEST(Profile, SaysWhatComesInSegmentsAndOverTcp) {
+  const auto profile = read_profile(std::string{small} + R"(    eventgroups:
+      - {id: 1, events: [0x8001, 0x8002], cycle: 100 ms}
+      - {id: 2, events: [0x8003, 0x8004], trigger: 5}
+      - {id: 3, events: [0x8005], tcp: true, cycle: 1 s}
+    large: {request: 2, response: {method: 3, payload: "01 02"}, event: 0x8004}
+)",
+                                    "p.yaml");
+  ASSERT_TRUE(profile);
+  EXPECT_FALSE(large_request(*profile)->is_echo);
+  EXPECT_EQ(large_request(*profile)->method, someip::MethodId{2});
+  EXPECT_EQ(profile->service().large.response->payload.size(), 2U);
+  EXPECT_EQ(large_event(*profile)->group, someip::EventgroupId{2});
+  EXPECT_EQ(large_event(*profile)->trigger, someip::MethodId{5});
+  EXPECT_EQ(event_source(*profile)->event, someip::MethodId{0x8001});
+  EXPECT_EQ(tcp_event_source(*profile)->event, someip::MethodId{0x8005});
+  EXPECT_EQ(tcp_event_source(*profile)->cycle, 1s);
+}
+
+TEST(Profile, WantsALargeEventThatCanBeWaitedFor) {
+  for (const char* group : {"{id: 1, events: [0x8001, 0x8002], cycle: 100 ms}", "{id: 1, events: [0x8002]}",
+                            "{id: 1, events: [0x8002], tcp: true, cycle: 1 s}"}) {
+    EXPECT_THAT(
+        errors_of(std::string{small} + "    eventgroups: [" + group + "]\n    large: {event: 0x8002}\n"),
+        ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:8:"),
+                                   testing::HasSubstr("an event that can be waited for"))))
+        << group;
+  }
+}
+
 TEST(Profile, FillsInCommands) {
   const auto profile = read_profile(small, "p.yaml");
   ASSERT_TRUE(profile);

@@ -1,5 +1,6 @@
-// A device of vsomeip for `trestle conform`: an echo, a field, cyclic events over UDP, TCP and multicast. It
-// writes its configuration into a folder of its own. vsomeip_device ADDRESS; ends in order by SIGTERM.
+// A device of vsomeip for `trestle conform`: an echo, also of large messages in segments, a field, cyclic
+// events over UDP, TCP and multicast. It writes its configuration into a folder of its own. vsomeip_device
+// ADDRESS; ends in order by SIGTERM.
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -45,6 +46,7 @@ std::string configuration(const std::string& address) {
     "routing": "device",
     "services": [{"service": "0x1234", "instance": "0x0001", "unreliable": "30501",
       "reliable": {"port": "30501", "enable-magic-cookies": "false"},
+      "someip-tp": {"client-to-service": ["0x0001"], "service-to-client": ["0x0001"]},
       "events": [{"event": "0x8001", "is_reliable": "false"}, {"event": "0x8003", "is_reliable": "false"},
                  {"event": "0x8004", "is_reliable": "true"},
                  {"event": "0x8010", "is_field": "true", "is_reliable": "false"}],
