@@ -22,7 +22,7 @@ namespace trestle::carry {
 namespace {
 
 using namespace std::chrono_literals;
-using Clock = std::chrono::steady_clock;
+using SteadyClock = std::chrono::steady_clock;
 
 /// Messages that are sent before other handlers run.
 constexpr int messages_at_a_time = 64;
@@ -71,7 +71,7 @@ class Playback {
 
   /// @throws std::runtime_error  the recording is damaged.
   void run() {
-    await_receivers(Clock::now() + in_clock_units(arguments_.wait_s));
+    await_receivers(SteadyClock::now() + in_clock_units(arguments_.wait_s));
     session_.run();
     player_.stop();
     if (failure_) {
@@ -80,16 +80,16 @@ class Playback {
   }
 
   [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
-  [[nodiscard]] std::chrono::duration<double> took() const { return Clock::now() - begun_; }
+  [[nodiscard]] std::chrono::duration<double> took() const { return SteadyClock::now() - begun_; }
 
  private:
-  static Clock::duration in_clock_units(double seconds) {
-    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>{seconds});
+  static SteadyClock::duration in_clock_units(double seconds) {
+    return std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>{seconds});
   }
 
   /// Then waits once more, and begins.
-  void await_receivers(Clock::time_point limit) {
-    const bool ready = Clock::now() >= limit || player_.has_receivers();
+  void await_receivers(SteadyClock::time_point limit) {
+    const bool ready = SteadyClock::now() >= limit || player_.has_receivers();
     timer_.expires_after(ready ? in_clock_units(arguments_.delay_s) : look_every);
     timer_.async_wait([this, ready, limit](const boost::system::error_code& error) {
       if (error) {
@@ -117,8 +117,8 @@ class Playback {
       if (!next_ && !read()) {
         return;
       }
-      const Clock::time_point due = due_of(next_->time);
-      if (due > Clock::now()) {
+      const SteadyClock::time_point due = due_of(next_->time);
+      if (due > SteadyClock::now()) {
         wait_until(due);
         return;
       }
@@ -149,18 +149,19 @@ class Playback {
     return true;
   }
 
-  Clock::time_point due_of(record::LogTime time) {
+  SteadyClock::time_point due_of(record::LogTime time) {
     if (!first_) {
       first_ = time;
-      start_ = Clock::now();
-      begun_ = begun_ == Clock::time_point{} ? start_ : begun_;
+      start_ = SteadyClock::now();
+      begun_ = begun_ == SteadyClock::time_point{} ? start_ : begun_;
     }
     // What was recorded late, with an earlier time, is due at once.
     const double ns = time < *first_ ? 0 : static_cast<double>(time - *first_) / arguments_.speed;
-    return start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::nano>{ns});
+    return start_ +
+           std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double, std::nano>{ns});
   }
 
-  void wait_until(Clock::time_point due) {
+  void wait_until(SteadyClock::time_point due) {
     timer_.expires_at(due);
     timer_.async_wait([this](const boost::system::error_code& error) {
       if (!error) {
@@ -177,8 +178,8 @@ class Playback {
   std::optional<Replayed> next_;
   std::optional<record::LogTime> first_;
   bool read_any_ = false;
-  Clock::time_point start_{};
-  Clock::time_point begun_{};
+  SteadyClock::time_point start_{};
+  SteadyClock::time_point begun_{};
   std::uint64_t sent_ = 0;
   std::exception_ptr failure_;
 };
