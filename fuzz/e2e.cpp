@@ -99,8 +99,10 @@ Config read_config(ByteReader& in) {
     }
     case 11:
       return read_ranged<Profile44>(in);
-    default:
+    case 12:
       return read_ranged<Profile44m>(in);
+    default:
+      return read_ranged<Profile8m>(in);
   }
 }
 

@@ -126,6 +126,7 @@ E2eProtection read_protection(const YAML::Node& node, Problems& problems) {
                                                  {"7", p7},
                                                  {"7m", p7m},
                                                  {"8", p8},
+                                                 {"8m", p8m},
                                                  {"11", p11},
                                                  {"22", p22},
                                                  {"44", p44},

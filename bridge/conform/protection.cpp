@@ -56,7 +56,7 @@ struct Shape {
   std::size_t header_bytes;
   std::uint64_t counter_end;
 };
-constexpr std::array<Shape, 13> shapes{{{E2eProfile::p1, "1", 2, 15},
+constexpr std::array<Shape, 14> shapes{{{E2eProfile::p1, "1", 2, 15},
                                         {E2eProfile::p2, "2", 2, 16},
                                         {E2eProfile::p4, "4", 12, 1U << 16U},
                                         {E2eProfile::p4m, "4m", 16, 1U << 16U},
@@ -65,6 +65,7 @@ constexpr std::array<Shape, 13> shapes{{{E2eProfile::p1, "1", 2, 15},
                                         {E2eProfile::p7, "7", 20, std::uint64_t{1} << 32U},
                                         {E2eProfile::p7m, "7m", 24, std::uint64_t{1} << 32U},
                                         {E2eProfile::p8, "8", 16, std::uint64_t{1} << 32U},
+                                        {E2eProfile::p8m, "8m", 20, std::uint64_t{1} << 32U},
                                         {E2eProfile::p11, "11", 2, 15},
                                         {E2eProfile::p22, "22", 2, 16},
                                         {E2eProfile::p44, "44", 12, 1U << 16U},
@@ -122,6 +123,7 @@ std::uint32_t e2e_counter_of(E2eProfile profile, ByteView payload) noexcept {
     case E2eProfile::p7m:
       return number_at(payload, 12, 4);
     case E2eProfile::p8:
+    case E2eProfile::p8m:
       return number_at(payload, 8, 4);
     default:
       return number_at(payload, 2, 2);
@@ -166,6 +168,7 @@ Bytes protect(const E2eProtection& how, ByteView before, ByteView payload, std::
     case E2eProfile::p7:
     case E2eProfile::p7m:
     case E2eProfile::p8:
+    case E2eProfile::p8m:
       append_u32(header.after_crc, length);
       append_u32(header.after_crc, counter);
       append_u32(header.after_crc, id);
@@ -179,7 +182,8 @@ Bytes protect(const E2eProtection& how, ByteView before, ByteView payload, std::
       append_u32(header.before_crc, id);
       break;
   }
-  if (how.profile == E2eProfile::p4m || how.profile == E2eProfile::p44m || how.profile == E2eProfile::p7m) {
+  if (how.profile == E2eProfile::p4m || how.profile == E2eProfile::p44m || how.profile == E2eProfile::p7m ||
+      how.profile == E2eProfile::p8m) {
     append_u32(header.after_crc, method_word(how, response));
   }
   Bytes covered = first;

@@ -8,7 +8,7 @@
 /// mistake of someip/core/e2e cannot hide. Slow, and all the more plain.
 namespace trestle::conform {
 
-enum class E2eProfile : std::uint8_t { p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p11, p22, p44, p44m };
+enum class E2eProfile : std::uint8_t { p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p8m, p11, p22, p44, p44m };
 
 /// How a method is protected, requests and responses alike. The header stands in front of the payload.
 struct E2eProtection {
@@ -17,7 +17,7 @@ struct E2eProtection {
   std::uint32_t data_id = 0;  ///< not of profiles 2 and 22
   Bytes data_ids{};           ///< 16, of profiles 2 and 22: one for each counter
   bool nibble = false;        ///< of profiles 1 and 11: variants 1C and 11C, else 1A and 11A
-  std::uint32_t source = 0;   ///< of profiles 4m, 7m and 44m
+  std::uint32_t source = 0;   ///< of profiles 4m, 7m, 8m and 44m
 };
 
 /// "1", "4m" and so on, as profiles name them.

@@ -146,14 +146,16 @@ documents::Format<e2e::Config> event_profile() {
                                          {"44", e2e::Profile44{}}});
 }
 
-// Profiles 4m, 7m and 44m distinguish requests from answers.
+// Profiles 4m, 7m, 8m and 44m distinguish requests from answers.
 documents::Format<e2e::Config> method_profile() {
-  const auto with_m = documents::one_of<e2e::Config>(
-      {{"4m", e2e::Profile4m{}}, {"7m", e2e::Profile7m{}}, {"44m", e2e::Profile44m{}}});
+  const auto with_m = documents::one_of<e2e::Config>({{"4m", e2e::Profile4m{}},
+                                                      {"7m", e2e::Profile7m{}},
+                                                      {"8m", e2e::Profile8m{}},
+                                                      {"44m", e2e::Profile44m{}}});
   const documents::Format<e2e::Config> others = event_profile();
   documents::Shape shape = others.shape;
   shape.words.insert(shape.words.end(), with_m.shape.words.begin(), with_m.shape.words.end());
-  return {others.expected + ", 4m, 7m, 44m",
+  return {others.expected + ", 4m, 7m, 8m, 44m",
           [with_m, others](std::string_view text) -> std::optional<e2e::Config> {
             const auto found = with_m.read(text);
             return found ? found : others.read(text);
@@ -163,7 +165,7 @@ documents::Format<e2e::Config> method_profile() {
 
 bool has_source_id(const e2e::Config& profile) {
   return std::holds_alternative<e2e::Profile4m>(profile) || std::holds_alternative<e2e::Profile7m>(profile) ||
-         std::holds_alternative<e2e::Profile44m>(profile);
+         std::holds_alternative<e2e::Profile8m>(profile) || std::holds_alternative<e2e::Profile44m>(profile);
 }
 
 constexpr std::array sequence_keys{"max_delta_counter_init", "max_no_new_or_repeated_data",

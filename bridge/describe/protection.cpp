@@ -12,8 +12,8 @@ std::optional<ProtectionHeader> protection_header(const Protection& e2e) {
     return ProtectionHeader{};
   }
   static const std::map<std::string, std::size_t, std::less<>> sizes{
-      {"1", 2},   {"2", 2},  {"4", 12}, {"4m", 16}, {"5", 3},   {"6", 5},   {"7", 20},
-      {"7m", 24}, {"8", 16}, {"11", 2}, {"22", 2},  {"44", 12}, {"44m", 16}};
+      {"1", 2},   {"2", 2},  {"4", 12},  {"4m", 16}, {"5", 3},  {"6", 5},   {"7", 20},
+      {"7m", 24}, {"8", 16}, {"8m", 20}, {"11", 2},  {"22", 2}, {"44", 12}, {"44m", 16}};
   const auto size = sizes.find(e2e.profile);
   if (size == sizes.end()) {
     return std::nullopt;

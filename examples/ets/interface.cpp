@@ -179,7 +179,8 @@ constexpr std::array<e2e::Config, protected_echoes.size()> protections{
     e2e::Profile11{.data_id = 0x0b23, .data_id_mode = e2e::DataIdMode::nibble, .data_bits = data_bits(2)},
     e2e::Profile22{.data_id_list = data_ids, .data_bits = data_bits(2)},
     e2e::Profile44{{.data_id = 0x0a0b'0c44}},
-    e2e::Profile44m{{.data_id = 0x0a0b'0c54}}};
+    e2e::Profile44m{{.data_id = 0x0a0b'0c54}},
+    e2e::Profile8m{{.data_id = 0x0a0b'0c18}}};
 
 }  // namespace
 

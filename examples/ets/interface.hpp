@@ -55,10 +55,10 @@ inline constexpr std::array<MethodId, 20> echoes{
     MethodId{0x36}, MethodId{0x37}, MethodId{0x3e}, MethodId{0x3f}, MethodId{0x41}};
 
 /// The same of uint32 with end-to-end protection, one for each profile.
-inline constexpr std::array<MethodId, 13> protected_echoes{
+inline constexpr std::array<MethodId, 14> protected_echoes{
     MethodId{0x50}, MethodId{0x51}, MethodId{0x52}, MethodId{0x53}, MethodId{0x54},
     MethodId{0x55}, MethodId{0x56}, MethodId{0x57}, MethodId{0x58}, MethodId{0x59},
-    MethodId{0x5a}, MethodId{0x5b}, MethodId{0x5c}};
+    MethodId{0x5a}, MethodId{0x5b}, MethodId{0x5c}, MethodId{0x5d}};
 
 [[nodiscard]] constexpr bool is_protected(MethodId method) noexcept {
   return method >= protected_echoes.front() && method <= protected_echoes.back();

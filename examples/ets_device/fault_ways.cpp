@@ -256,7 +256,7 @@ In answer_if(bool (*wanted)(Span), unsigned type, unsigned code) {
 }
 
 bool is_protected(std::span<const std::uint8_t> message) {
-  return u16(message, 0) == 0x0101 && u16(message, 2) >= 0x50 && u16(message, 2) <= 0x5c &&
+  return u16(message, 0) == 0x0101 && u16(message, 2) >= 0x50 && u16(message, 2) <= 0x5d &&
          message.size() > 16;
 }
 

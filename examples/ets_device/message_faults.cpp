@@ -224,7 +224,7 @@ std::vector<Fault> message_faults() {
          in.bytes[entries_at + 13] = static_cast<std::uint8_t>(in.bytes[entries_at + 13] | 0x80U);
        })},
 
-      // End-to-end protection: methods 0x50 to 0x5c.
+      // End-to-end protection: methods 0x50 to 0x5d.
       {"e2e-crc", "e2e.*.response", "protected responses have a CRC that does not fit", good([](Bytes& b) {
          if (is_protected(b)) {
            b.back() ^= 1U;
@@ -240,7 +240,7 @@ std::vector<Fault> message_faults() {
        })},
       {"e2e-repeated-ends", "e2e.*.repeated", "after a repeated counter no protected request is served",
        error([](Bytes& b) {
-         if (u16(b, 2) >= 0x50 && u16(b, 2) <= 0x5c && b[15] == 0x0b) {
+         if (u16(b, 2) >= 0x50 && u16(b, 2) <= 0x5d && b[15] == 0x0b) {
            with_repeated_counter.insert(u16(b, 2));
          }
        }),

@@ -31,7 +31,8 @@ struct E2eSpec {
   /// Hand over also what failed: the handler must look at Message::check. Not for getters and setters of the
   /// server. The payload is empty if it is too short for the E2E header.
   bool pass_failed = false;
-  /// Profiles 4m, 7m, 44m: names the client that calls. A server answers with the source ID of the request.
+  /// Profiles 4m, 7m, 8m, 44m: names the client that calls. A server answers with the source ID of the
+  /// request.
   std::uint32_t source_id = 0;
   /// The SOME/IP header is not protected, and positions count from the payload: as vsomeip's profile 1.
   bool payload_only = false;

@@ -1,7 +1,8 @@
 // The bytes of each profile, from the examples of AUTOSAR's E2E Protocol Specification: Data of zeros, Data
 // IDs 0x123, 0x1234, 0x0a0b0c0d or the list 1 to 16. Two open implementations assert the same bytes: the
 // Python package autosar-e2e (profiles 1, 2, 4 to 7) and the Rust crate of that name (4 to 8, 4m, 7m, 11,
-// 22). For profiles 44 and 44m, whose bytes are those of 4 and 4m, the examples of 4 and 4m stand.
+// 22). For profiles 44 and 44m, whose bytes are those of 4 and 4m, the examples of 4 and 4m stand. Those of
+// 8m were made with Python's struct and a CRC bit by bit, which also makes the example of 8.
 #include <gmock/gmock.h>
 
 #include <ostream>
@@ -102,6 +103,18 @@ std::vector<Example> examples() {
       {"P07mError",
        Profile7m{profile7_at(0)},
        {"09d9e80c473432020000001c000000000a0b0c0d5012345600000000"},
+       error_response},
+      {"P08mRequest",
+       Profile8m{profile7_at(0)},
+       {"6df05eba00000018000000000a0b0c0d0012345600000000"},
+       request},
+      {"P08mResponse",
+       Profile8m{profile7_at(0)},
+       {"46b2640300000018000000000a0b0c0d4012345600000000"},
+       response},
+      {"P08mError",
+       Profile8m{profile7_at(0)},
+       {"e0d2451500000018000000000a0b0c0d5012345600000000"},
        error_response},
       {"P11BothBytes", profile11(DataIdMode::both, 0, 64), {"cc00000000000000", "9101000000000000"}},
       {"P11Nibble", profile11(DataIdMode::nibble, 0, 64), {"2a10000000000000", "7711000000000000"}},

@@ -162,7 +162,7 @@ std::string describe(const sd::AccessControl& access) {
 /// @param is_checked  received messages are checked.
 /// @param is_protected  sent messages are protected.
 std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked) {
-  constexpr std::array names{"1", "2", "4", "4m", "5", "6", "7", "7m", "8", "11", "22", "44", "44m"};
+  constexpr std::array names{"1", "2", "4", "4m", "5", "6", "7", "7m", "8", "11", "22", "44", "44m", "8m"};
   std::string text = fmt::format("profile {}", names.at(e2e.profile.index()));
   std::visit(
       [&](const auto& profile) {

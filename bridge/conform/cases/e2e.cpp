@@ -140,7 +140,7 @@ void add_e2e_cases(Cases& cases) {
       Kind{"wrong-crc", "does not serve a request whose CRC does not fit", wrong_crc},
       Kind{"repeated", "does not serve a protected request that comes again", repeated},
       Kind{"too-short", "does not serve a request that is too short for its protection", too_short}};
-  for (const E2eProfile profile : {p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p11, p22, p44, p44m}) {
+  for (const E2eProfile profile : {p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p8m, p11, p22, p44, p44m}) {
     for (const Kind& kind : kinds) {
       cases.push_back({.id = fmt::format("e2e.profile{}.{}", to_string(profile), kind.name),
                        .title = kind.title,

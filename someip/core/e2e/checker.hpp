@@ -41,7 +41,7 @@ enum class Fault : std::uint8_t {
   return ReturnCode::e2e;
 }
 
-/// What is expected of a method's message in profiles 4m, 7m and 44m; the other profiles ignore it.
+/// What is expected of a method's message in profiles 4m, 7m, 8m and 44m; the other profiles ignore it.
 struct MethodExpectation {
   bool response = false;
   bool error = false;

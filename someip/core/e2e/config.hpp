@@ -125,6 +125,8 @@ struct Profile7 {
 struct Profile7m : Profile7 {};
 /// Profile 8: as 7 with a 32-bit CRC, so a 16-byte header.
 struct Profile8 : Profile7 {};
+/// Profile 8m, for methods: 20-byte header, profile 8's and then message type, result and source id.
+struct Profile8m : Profile7 {};
 
 /// Profile 11: profile 1's bytes (variants 11A and 11C) with the sequence rules of the newer profiles.
 struct Profile11 {
@@ -148,7 +150,7 @@ struct Profile22 {
 };
 
 using Config = std::variant<Profile1, Profile2, Profile4, Profile4m, Profile5, Profile6, Profile7, Profile7m,
-                            Profile8, Profile11, Profile22, Profile44, Profile44m>;
+                            Profile8, Profile11, Profile22, Profile44, Profile44m, Profile8m>;
 
 /// A setting that cannot be: `field` is its name above (or in StateMachineConfig), `must` what it has to be.
 struct ConfigError {
@@ -156,7 +158,7 @@ struct ConfigError {
   std::string_view must;
 };
 
-/// What profiles 4m, 7m and 44m say of a method's message beside the data; the other profiles ignore it.
+/// What profiles 4m, 7m, 8m and 44m say of a method's message beside the data; the other profiles ignore it.
 struct MethodInfo {
   bool response = false;  ///< message type: request or response
   bool error = false;     ///< message result: ok or error

@@ -134,7 +134,7 @@ Layout length_first(const Profile4& profile, Requirements& rules, bool method) {
   return l;
 }
 
-/// Profiles 7, 7m and 8: the CRC, then 32 bits each of length, counter and Data ID.
+/// Profiles 7, 7m, 8 and 8m: the CRC, then 32 bits each of length, counter and Data ID.
 Layout crc_first(const Profile7& profile, Requirements& rules, Layout::Crc kind, bool method) {
   Layout l;
   const std::uint32_t at = profile.offset_bits;
@@ -218,6 +218,9 @@ struct ToLayout {
   }
   Layout operator()(const Profile8& profile) const {
     return crc_first(profile, rules, Layout::Crc::p4, false);
+  }
+  Layout operator()(const Profile8m& profile) const {
+    return crc_first(profile, rules, Layout::Crc::p4, true);
   }
 };
 

@@ -29,7 +29,8 @@ TEST(Protection, GivesTheExamplesOfTheSpecification) {
 TEST(Protection, HasACounterThatCanBeRead) {
   for (const E2eProfile profile :
        {E2eProfile::p1, E2eProfile::p2, E2eProfile::p4, E2eProfile::p4m, E2eProfile::p5, E2eProfile::p6,
-        E2eProfile::p7, E2eProfile::p7m, E2eProfile::p8, E2eProfile::p11, E2eProfile::p22, E2eProfile::p44}) {
+        E2eProfile::p7, E2eProfile::p7m, E2eProfile::p8, E2eProfile::p8m, E2eProfile::p11, E2eProfile::p22,
+        E2eProfile::p44}) {
     const E2eProtection how{.profile = profile, .data_id = 0x123, .data_ids = Bytes(16, std::byte{7})};
     EXPECT_EQ(e2e_counter_of(profile, zeros(how, 32, 11)), 11U) << to_string(profile);
   }

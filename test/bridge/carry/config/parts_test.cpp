@@ -62,7 +62,7 @@ TEST(MethodE2e, HasTheProfilesOfEventsAndOfMethods) {
 TEST(MethodE2e, NamesWhatCannotBe) {
   EXPECT_THAT(problems_of(method("server: someip, e2e: {profile: 9}")),
               ElementsAre("b.yaml:4:37: error: profile: expected one of 1, 2, 4, 5, 6, 7, 8, 11, 22, 44, 4m, "
-                          "7m, 44m, found '9'"));
+                          "7m, 8m, 44m, found '9'"));
   EXPECT_THAT(problems_of(method("server: someip, e2e: {profile: 4, data_id: 1, source_id: 7}")),
               ElementsAre(HasSubstr("b.yaml:4:52: error: unknown key 'source_id' in e2e")));
   EXPECT_THAT(problems_of(method("server: someip, e2e: {profile: 4m, data_id: 1, source_id: 0x10000000}")),
