@@ -37,12 +37,7 @@ std::optional<std::uint32_t> number_in(const Node* node, std::uint32_t least, st
 }
 
 void Adaptive::read() {
-  for (const Node* const properties : tree_.all("END-2-END-EVENT-PROTECTION-PROPS"_tag)) {
-    protections_.emplace(tree_.follow(properties, "EVENT-REF"_tag), properties);
-  }
-  for (const Node* const properties : tree_.all("END-2-END-METHOD-PROTECTION-PROPS"_tag)) {
-    protections_.emplace(tree_.follow(properties, "METHOD-REF"_tag), properties);
-  }
+  find_protections();
   std::map<const Node*, std::vector<const Node*>> deployments;
   std::vector<const Node*> alone;
   for (const Node* const deployment : tree_.all("SOMEIP-SERVICE-INTERFACE-DEPLOYMENT"_tag)) {
@@ -111,7 +106,7 @@ void Adaptive::read_service(const Node* interface, const Node* deployment, bool 
       field.payload.known = false;
     }
   }
-  read_protection(parts);
+  read_protections(parts);
   std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
   check_ids(service);
   model_.services.push_back(std::move(service));
@@ -514,11 +509,13 @@ void Adaptive::read_fields(const Node& deployment, Parts& parts, bool with_inter
       field->getter = method_id(getter->child("METHOD-ID"_tag));
       read_transfer(*getter, "MAXIMUM-SEGMENT-LENGTH-RESPONSE"_tag, "SEPARATION-TIME-RESPONSE"_tag,
                     field->getter_transfer);
+      parts.calls[getter] = &field->getter_e2e;
     }
     if (setter != nullptr) {
       field->setter = method_id(setter->child("METHOD-ID"_tag));
       read_transfer(*setter, "MAXIMUM-SEGMENT-LENGTH-REQUEST"_tag, "SEPARATION-TIME-REQUEST"_tag,
                     field->setter_transfer);
+      parts.calls[setter] = &field->setter_e2e;
     }
     if (notifier != nullptr) {
       read_transfer(*notifier, "MAXIMUM-SEGMENT-LENGTH"_tag, "SEPARATION-TIME"_tag, field->notifier_transfer);
@@ -559,25 +556,6 @@ void Adaptive::read_eventgroups(const Node& deployment, Parts& parts) {
     problems_.warning(list.place(), "EVENT-GROUP-DEPLOYMENTS is read as EVENT-GROUPS, which was expected");
     each_child(&list, "SOMEIP-EVENT-GROUP"_tag, read_group);
   });
-}
-
-void Adaptive::read_protection(const Parts& parts) {
-  const auto read = [&](const Node* target, Protection& protection) {
-    const auto found = protections_.find(target);
-    if (found != protections_.end()) {
-      const Node* const profile = tree_.follow(found->second, "E-2-E-PROFILE-CONFIGURATION-REF"_tag);
-      protection = protection_of(profile, found->second, problems_);
-    }
-  };
-  for (const auto& [node, event] : parts.events) {
-    read(node, event->e2e);
-  }
-  for (const auto& [node, method] : parts.methods) {
-    read(node, method->e2e);
-  }
-  for (const auto& [node, field] : parts.fields) {
-    read(node, field->e2e);
-  }
 }
 
 void Adaptive::check_ids(const Service& service) {

@@ -23,9 +23,10 @@ class Adaptive {
   /// Where the parts of a service came from, while it is read.
   struct Parts {
     Service service{};
-    std::map<const Node*, Event*> events{};    ///< by prototype and by deployment
-    std::map<const Node*, Method*> methods{};  ///< by operation and by deployment
-    std::map<const Node*, Field*> fields{};    ///< by prototype, deployment and notifier
+    std::map<const Node*, Event*> events{};      ///< by prototype and by deployment
+    std::map<const Node*, Method*> methods{};    ///< by operation and by deployment
+    std::map<const Node*, Field*> fields{};      ///< by prototype, deployment and notifier
+    std::map<const Node*, Protection*> calls{};  ///< those of getters and setters, by their deployment
   };
   /// How a deployment was read.
   struct Deployed {
@@ -40,7 +41,9 @@ class Adaptive {
   void read_methods(const Node& deployment, Parts& parts, bool with_interface);
   void read_fields(const Node& deployment, Parts& parts, bool with_interface);
   void read_eventgroups(const Node& deployment, Parts& parts);
-  void read_protection(const Parts& parts);
+  void find_protections();
+  void read_protection(const Node* target, Protection& protection);
+  void read_protections(const Parts& parts);
   void check_ids(const Service& service);
   [[nodiscard]] Method read_method(const Node& operation);
   void read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer);
@@ -61,7 +64,8 @@ class Adaptive {
   Types& types_;
   const ArxmlOptions& options_;
   Model& model_;
-  std::map<const Node*, const Node*> protections_{};  ///< by event, field or method, or its deployment
+  /// By event, field or method, or its deployment. Each instance has its own ones.
+  std::map<const Node*, std::vector<const Node*>> protections_{};
   std::map<const Node*, Deployed> deployed_{};
   std::map<const Node*, std::size_t> instances_{};
   std::map<const Node*, std::vector<Multicast>> groups_without_address_{};  ///< by instance
@@ -81,7 +85,10 @@ void read_subscription(const Tree& tree, const Node& group, Instance& instance, 
 /// The address of a NETWORK-ENDPOINT.
 [[nodiscard]] std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems);
 /// Of E2E-PROFILE-CONFIGURATION or END-TO-END-TRANSFORMATION-DESCRIPTION, and what protects one element.
-[[nodiscard]] Protection protection_of(const Node* profile, const Node* properties, Problems& problems);
+/// @param compatibility  E-2-E-PROFILE-COMPATIBILITY-PROPS of the profile.
+/// Each of them may be nothing.
+[[nodiscard]] Protection protection_of(const Node* profile, const Node* properties, const Node* compatibility,
+                                       Problems& problems);
 /// CAPABILITY-RECORDS.
 [[nodiscard]] std::map<std::string, std::string, std::less<>> records_of(const Node& node);
 

@@ -759,7 +759,7 @@ Protection Classic::protection(const Node* signal) {
     return {};
   }
   return protection_of(description(signal, properties, "END-TO-END-TRANSFORMATION-DESCRIPTION"_tag),
-                       properties, problems_);
+                       properties, nullptr, problems_);
 }
 
 void Classic::add_transfer(const Message& message, Transfer& transfer) const {

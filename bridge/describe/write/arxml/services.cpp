@@ -256,9 +256,6 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
   if (!method.selector.empty()) {
     lost(element, "its selector " + method.selector, method.place);
   }
-  if (!method.e2e.profile.empty()) {
-    lost(element, "its E2E protection", method.place);
-  }
 }
 
 void Writer::write_transfer(Xml& xml, const Transfer& transfer, const std::string& element,
@@ -345,9 +342,6 @@ void Writer::write_service(const Service& service) {
     if (event.cycle) {
       lost(service.name + "." + event.name, "its cycle", event.place);
     }
-    if (!event.e2e.profile.empty()) {
-      lost(service.name + "." + event.name, "its E2E protection", event.place);
-    }
   }
   const auto list = [&](const char* tag, const std::string& text) {
     if (!text.empty()) {
@@ -385,10 +379,6 @@ void Writer::write_service(const Service& service) {
     if (field.cycle) {
       lost(element, "its cycle", field.place);
     }
-    if (!field.e2e.profile.empty() || !field.getter_e2e.profile.empty() ||
-        !field.setter_e2e.profile.empty()) {
-      lost(element, "its E2E protection", field.place);
-    }
   }
   list("FIELDS", fields.text());
   Xml methods;
@@ -414,11 +404,13 @@ void Writer::write_deployment(const Service& service, const std::string& service
   const std::string full = full_name(service.scope, service.name);
   const std::string package = std::string{own} + "/Deployment";
   if (!service.id && service.eventgroups.empty() && !services_with_instances_.contains(full)) {
+    note_protections(service, {});
     return;
   }
   const std::string name = packages_.unique(package, service.name + "_Someip");
   const std::string path = package + "/" + name;
   deployments_[full] = path;
+  note_protections(service, path);
   const std::map<std::string, std::string>& names = member_names_[full];
   std::map<someip::EventgroupId, std::vector<std::string>> groups;
   const auto transfer = [&](Xml& xml, const Transfer& what, const char* suffix) {
@@ -626,6 +618,8 @@ ArxmlFile Writer::write() {
     write_service(service);
   }
   write_instances();
+  list_unwritten_protections();
+  write_profiles();
   write_rules();
   write_tags();
   for (const Constant& constant : model_.constants) {

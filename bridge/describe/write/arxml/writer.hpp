@@ -24,6 +24,9 @@ inline constexpr std::size_t max_special_rules = 200'000;
 inline constexpr std::size_t max_rule_steps = 1'000'000;
 inline constexpr std::size_t max_rule_steps_of_all = 20'000'000;
 
+/// Protections of elements that a file has: each instance has those of its service.
+inline constexpr std::size_t max_protections = 200'000;
+
 /// Transformation properties: only what is said.
 struct Rules {
   std::optional<std::uint8_t> array{};
@@ -89,6 +92,17 @@ class Writer {
     const char* cut = nullptr;  ///< what was left out
   };
 
+  /// An element with E2E protection.
+  struct Protected {
+    const Protection* e2e = nullptr;
+    bool is_event = false;  ///< else a method, a getter or a setter
+    std::string path{};     ///< of its deployment
+    std::string name{};
+    std::string element{};  ///< what it is called in a message
+    Place place{};
+    std::string text{};  ///< what each instance has of it; empty: none has been written
+  };
+
   // types.cpp
   void write_types();
   /// Tells apart variants that differ in what AUTOSAR's types say; the others are one type of AUTOSAR.
@@ -141,6 +155,14 @@ class Writer {
   void write_instances();
   [[nodiscard]] std::string timing_path(const sd::Timing& timing, bool server, const std::string& name);
 
+  // protection.cpp
+  void note_protections(const Service& service, const std::string& deployment);
+  void write_protections(Xml& xml, const Instance& instance);
+  [[nodiscard]] std::string protection_of(const Protected& one);
+  [[nodiscard]] std::string profile_path(std::map<std::string, std::string>& texts);
+  void write_profiles();
+  void list_unwritten_protections();
+
   void notes(Xml& xml, const Notes& notes, std::string_view category = {});
   /// What to call a type in a message.
   [[nodiscard]] std::string label(const Type& type) const;
@@ -160,6 +182,9 @@ class Writer {
   std::map<Rules, std::string> rule_names_{};
   std::vector<std::string> tags_{};  ///< TLV-DATA-ID-DEFINITIONs
   std::map<std::string, std::string> tagged_{};
+  std::map<std::string, std::vector<Protected>> protected_{};  ///< by full name of the service
+  std::map<std::string, std::string> profile_names_{};         ///< by what stands in them
+  std::size_t protection_count_ = 0;
   std::set<std::string> service_paths_{};
   std::map<const Service*, std::string> service_names_{};
   std::map<std::string, std::string> deployments_{};                            ///< by service

@@ -131,6 +131,35 @@ Model everything() {
   level.eventgroups = {someip::EventgroupId{7}};
   level.getter_transfer.transport = Transport::tcp;
   service.fields = {level};
+  // Protection of each kind of element; profiles that are alike are one in the file.
+  service.events[0].e2e = {.profile = "4",
+                           .numbers = {{"data_id", 0x0100'002d},
+                                       {"max_data_bits", 8192},
+                                       {"max_delta_counter", 3},
+                                       {"max_error_init", 1},
+                                       {"max_error_invalid", 0},
+                                       {"max_error_valid", 2},
+                                       {"min_data_bits", 256},
+                                       {"min_ok_init", 1},
+                                       {"min_ok_invalid", 1},
+                                       {"min_ok_valid", 2},
+                                       {"window_size_init", 5},
+                                       {"window_size_invalid", 6},
+                                       {"window_size_valid", 7}},
+                           .words = {{"clear_to_invalid", "true"}, {"transit_to_invalid_extended", "true"}}};
+  service.events[1].e2e = service.events[0].e2e;
+  service.events[1].e2e.numbers["data_id"] = 0xffff'ffff;
+  service.events[2].e2e = {.profile = "1",
+                           .numbers = {{"data_bits", 80}, {"data_id", 0x123}, {"max_delta_counter", 2}},
+                           .words = {{"data_id_mode", "nibble"}}};
+  service.methods[0].e2e = {.profile = "44m",
+                            .numbers = {{"data_id", 7}, {"source_id", 0x0abc'def0}},
+                            .words = {{"transit_to_invalid_extended", "false"}}};
+  service.methods[1].e2e = {.profile = "22",
+                            .numbers = {{"data_bits", 80}, {"max_delta_counter", 1}},
+                            .words = {{"data_id_list", "1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 255"}}};
+  service.fields[0].e2e = {.profile = "11", .numbers = {{"data_bits", 80}, {"data_id", 1}}};
+  service.fields[0].getter_e2e = {.profile = "7m", .numbers = {{"data_id", 9}}};
   model.services = {service};
 
   Instance left{.role = Instance::Role::provided,
