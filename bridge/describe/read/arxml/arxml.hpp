@@ -32,6 +32,10 @@ struct ArxmlOptions {
   /// 200 MB in which everything is of interest, and take about 450 MB.
   std::size_t max_elements = 4'000'000;
   std::size_t max_text_bytes = 256'000'000;
+  std::size_t max_name_bytes = 1000;  ///< of a SHORT-NAME, which by the schema has at most 128
+  /// A tag with its attributes, a comment, a processing instruction. Some versions of expat look at it from
+  /// its begin again with each piece of the file, so that without a limit time grows with its square.
+  std::size_t max_tag_bytes = std::size_t{8} << 20U;
   /// Types of the model; the same one with other wire rules counts again.
   std::size_t max_types = 200'000;
 };

@@ -400,6 +400,9 @@ class Handlers {
     if (parent.tag == "SUB-ELEMENTS"_tag || parent.tag == "ELEMENTS"_tag || parent.tag == "AR-PACKAGES"_tag) {
       tree_.problems_.warning(name.place(), "a SHORT-NAME is not expected in " +
                                                 std::string{to_string(parent.tag)} + "; it is ignored");
+    } else if (name.text.size() > tree_.options_.max_name_bytes) {
+      stop("this SHORT-NAME has " + std::to_string(name.text.size()) + " bytes; expected at most " +
+           std::to_string(tree_.options_.max_name_bytes));
     } else if (parent.name.empty()) {
       if (is_spoilt(name.text)) {
         tree_.problems_.error(
@@ -463,7 +466,8 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
     return false;
   }
   Handlers handlers{*this, parser.get(), file};
-  constexpr int buffer_bytes = 1 << 16;
+  constexpr int buffer_bytes = 1 << 18;
+  std::size_t bytes = 0;
   for (bool last = false; !last;) {
     void* const buffer = XML_GetBuffer(parser.get(), buffer_bytes);
     if (buffer == nullptr) {
@@ -480,6 +484,15 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
       if (!handlers.stopped()) {
         problems_.error(handlers.here(), handlers.text_of(XML_GetErrorCode(parser.get())));
       }
+      return false;
+    }
+    // What expat has not told yet is within one tag.
+    bytes += static_cast<std::size_t>(stream.gcount());
+    const auto told = static_cast<std::size_t>(std::max(XML_GetCurrentByteIndex(parser.get()), XML_Index{0}));
+    if (!last && bytes - told > options_.max_tag_bytes) {
+      problems_.error(handlers.here(), "this tag or comment has more than " +
+                                           std::to_string(options_.max_tag_bytes) +
+                                           " bytes, or does not end; expected shorter ones");
       return false;
     }
   }

@@ -1264,6 +1264,27 @@ TEST(ReadArxml, RefusesMoreThanItsLimits) {
               HasSubstr("error: there are more than 5 elements"));
   EXPECT_THAT(problems_of(read_texts({arxml(base_types)}, {.max_text_bytes = 5})),
               HasSubstr("error: there are more than 5 bytes of text"));
+  EXPECT_THAT(problems_of(read_texts({arxml(service(""))}, {.max_name_bytes = 3})),
+              ContainsRegex("error: this SHORT-NAME has [0-9]+ bytes; expected at most 3"));
+}
+
+/// Expat tells nothing of a tag before its end. The reader looks how much is untold with each piece of a
+/// file.
+TEST(ReadArxml, RefusesTagsAndCommentsWithoutEnd) {
+  const std::string filler(1'000'000, 'x');
+  for (const std::string& tag : {"<!--" + filler + "-->", "<SERVICE-INTERFACE UUID=\"" + filler + "\"/>",
+                                 "<?x " + filler + "?>", "<!--" + filler}) {
+    EXPECT_THAT(problems_of(read_texts({arxml("\n" + tag)}, {.max_tag_bytes = 100'000})),
+                HasSubstr("0.arxml:3:1: error: this tag or comment has more than 100000 bytes, or does not "
+                          "end; expected shorter ones"))
+        << tag.substr(0, 10);
+  }
+  // Many of them, and text, may be as long as they like.
+  std::string many;
+  for (int i = 0; i < 20; ++i) {
+    many += "<!--" + filler.substr(0, 50'000) + "-->";
+  }
+  EXPECT_EQ(problems_of(read_texts({arxml(many + "<X>" + filler + "</X>")}, {.max_tag_bytes = 400'000})), "");
 }
 
 TEST(ReadArxml, RefusesTypesThatContainThemselves) {
