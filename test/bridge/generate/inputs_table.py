@@ -4,7 +4,10 @@
 inputs_table.py TRESTLE           prints it
 inputs_table.py TRESTLE --check   is it what the document has? Also: with 14 inputs all of them are in the files, and running
                                   again changes nothing
+
+What the table counts as inputs is all that a command gets, but for `--to fidl -o FOLDER`; no package of ROS 2 is installed.
 """
+import os
 import pathlib
 import subprocess
 import sys
@@ -13,8 +16,11 @@ import tempfile
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 DOCUMENT = SOURCE / "docs" / "describe.md"
 BEGIN, END = "<!-- made by test/bridge/generate/inputs_table.py -->\n", "<!-- end -->\n"
-TYPES = ["geometry_msgs/msg/Point", "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/PointCloud2", "tf2_msgs/msg/TFMessage",
-         "autoware_msgs/msg/Waypoint"]
+TYPES = SOURCE / "test" / "bridge" / "generate" / "types"
+# By the type what the command gets. The program does not have Autoware's, so that this is given as its file.
+NEEDED = {name: [name] for name in ("geometry_msgs/msg/Point", "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/PointCloud2",
+                                    "tf2_msgs/msg/TFMessage")}
+NEEDED["autoware_msgs/msg/Waypoint"] = [str(TYPES / "autoware_msgs" / "msg" / "Waypoint.msg")]
 # Option, value, and what the files have of it.
 INPUTS = [("--package", "car.paper", "package car.paper"), ("--name", "Carried", "interface Carried {"),
           ("--major", "3", "major 3"), ("--minor", "7", "minor 7"), ("--event", "changed", "broadcast changed {"),
@@ -27,14 +33,16 @@ INPUTS = [("--package", "car.paper", "package car.paper"), ("--name", "Carried",
           ("--tcp-port", "30512", "SomeIpReliableUnicastPort = 30512")]
 
 
-def generate(program, folder, arguments):
-    """The FIDL and FDEPL files."""
-    command = [program, "generate", *arguments, "--types", str(SOURCE / "test/bridge/generate/types"), "--to", "fidl", "-o",
-               str(folder)]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60)
+def generate(program, folder, arguments, prefixes=""):
+    """The FIDL and FDEPL files; nothing where there is no such type."""
+    command = [program, "generate", *arguments, "--to", "fidl", "-o", str(folder)]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60,
+                          env={**os.environ, "AMENT_PREFIX_PATH": prefixes})
+    if "unknown type" in done.stderr:
+        return {}
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)}\n{done.stderr}")
-    return {file: file.read_text() for file in sorted(pathlib.Path(folder).rglob("*")) if file.suffix in (".fidl", ".fdepl")}
+    return {file.name: file.read_text() for file in sorted(pathlib.Path(folder).rglob("*")) if file.suffix in (".fidl", ".fdepl")}
 
 
 def lines(files):
@@ -42,19 +50,26 @@ def lines(files):
 
 
 def table(program, faults):
-    rows = ["| type | inputs needed | lines of FIDL and FDEPL | with all 14 inputs |", "| --- | --- | --- | --- |"]
+    rows = ["| type | inputs needed | which | lines of FIDL and FDEPL | with all 14 inputs |",
+            "| --- | --- | --- | --- | --- |"]
     given = [word for option, value, _ in INPUTS for word in (option, value)]
-    for name in TYPES:
+    for name, needed in NEEDED.items():
         with tempfile.TemporaryDirectory() as folder:
-            one = generate(program, folder, [name])
-            if generate(program, folder, [name]) != one:
+            one = generate(program, folder, needed)
+            if not one or generate(program, folder, needed) != one:
                 faults.append(f"{name}: running again changes something")
         with tempfile.TemporaryDirectory() as folder:
-            all_given = generate(program, folder, [name, *given])
+            if needed != [name] and generate(program, folder, [name]):
+                faults.append(f"{name}: the program has it, so that its name is enough")
+            if generate(program, folder, [name], prefixes=str(TYPES)) != one:
+                faults.append(f"{name}: where its package is installed, its name is not enough")
+        with tempfile.TemporaryDirectory() as folder:
+            all_given = generate(program, folder, [*needed, *given])
             text = "".join(all_given.values())
             faults.extend(f"{name}: {option} {value} is not honoured, {expected!r} is not there"
                           for option, value, expected in INPUTS if expected not in text)
-        rows.append(f"| {name} | 1 | {lines(one)} | {lines(all_given)} |")
+        which = "its name" if needed == [name] else "its file"
+        rows.append(f"| {name} | {len(needed)} | {which} | {lines(one)} | {lines(all_given)} |")
     return "\n".join(rows) + "\n"
 
 
