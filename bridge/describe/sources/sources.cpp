@@ -29,16 +29,23 @@ constexpr std::array endings{
     std::pair{".action", SourceKind::ros},  std::pair{".idl", SourceKind::ros},
 };
 
+std::string size_text(std::uintmax_t bytes) {
+  constexpr std::uintmax_t mega = 1'000'000;
+  return bytes < mega ? fmt::format("{} bytes", bytes) : fmt::format("{} MB", bytes / mega);
+}
+
 /// The text of a file, or why it cannot be read.
-tl::expected<std::string, std::string> load_file(const std::string& name) {
+/// @param room  most bytes of it.
+tl::expected<std::string, std::string> load_file(const std::string& name, std::size_t room,
+                                                 std::string_view of_what) {
   std::error_code error;
   const auto size = fs::file_size(name, error);
   if (error) {
     return tl::unexpected{error.message()};
   }
-  if (size > max_source_bytes) {
+  if (size > room) {
     return tl::unexpected{
-        fmt::format("it has {} MB; at most {} are read", size >> 20U, max_source_bytes >> 20U)};
+        fmt::format("it has {}; expected at most {}{}", size_text(size), size_text(room), of_what)};
   }
   std::ifstream file{name, std::ios::binary};
   std::string text(size, '\0');
@@ -109,12 +116,12 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
   if (!of(SourceKind::fidl).empty()) {
     add(reading, read_fidl(of(SourceKind::fidl), load ? load_utf8 : load));
   }
-  if (!of(SourceKind::arxml).empty()) {
+  if (auto& arxml = by_kind.at(static_cast<std::size_t>(SourceKind::arxml)); !arxml.empty()) {
     std::vector<std::istringstream> streams;
     std::vector<ArxmlInput> inputs;
-    streams.reserve(of(SourceKind::arxml).size());
-    for (const SourceText& source : of(SourceKind::arxml)) {
-      inputs.push_back({source.name, streams.emplace_back(source.text)});
+    streams.reserve(arxml.size());
+    for (SourceText& source : arxml) {
+      inputs.push_back({source.name, streams.emplace_back(std::move(source.text))});
     }
     add(reading, read_arxml(inputs, {.set_event_bit = options.set_event_bit}));
   }
@@ -133,10 +140,14 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
 }
 
 std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
-                                     std::vector<documents::Problem>& problems) {
+                                     std::vector<documents::Problem>& problems, const SourceLimits& limits) {
   std::vector<SourceText> sources;
+  std::size_t left = limits.all_bytes;
   const auto load = [&](const std::string& name) {
-    if (auto text = load_file(name)) {
+    const bool is_short = left < limits.file_bytes;
+    if (auto text = load_file(name, is_short ? left : limits.file_bytes,
+                              is_short ? ", which is what all files together may still have" : "")) {
+      left -= text->size();
       sources.push_back({name, std::move(*text)});
     } else {
       problems.push_back({.file = name, .mark = {}, .text = "cannot be read: " + text.error()});
@@ -183,7 +194,7 @@ bool has_ros_files(const std::string& path) {
 }
 
 Load file_loader() {
-  return load_file;
+  return [](const std::string& name) { return load_file(name, SourceLimits{}.file_bytes, ""); };
 }
 
 }  // namespace trestle::describe

@@ -42,13 +42,17 @@ struct TypeOrigins {
   std::vector<std::string> interfaces{};  ///< descriptions that define types: `interfaces`
 };
 
-/// Larger files are refused.
-inline constexpr std::size_t max_source_bytes = std::size_t{256} << 20U;
+/// Larger files are refused; readers may have smaller limits.
+struct SourceLimits {
+  std::size_t file_bytes = std::size_t{256} << 20U;
+  std::size_t all_bytes = std::size_t{512} << 20U;  ///< of all files together
+};
 
 /// Loads files; of folders all files in them, and below, whose names end like sources.
 /// @return their texts, sorted by name within a folder; what cannot be read is a problem.
 [[nodiscard]] std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
-                                                   std::vector<documents::Problem>& problems);
+                                                   std::vector<documents::Problem>& problems,
+                                                   const SourceLimits& limits = {});
 
 /// Whether it is a file of ROS types, or a folder with such a file in it or below.
 [[nodiscard]] bool has_ros_files(const std::string& path);

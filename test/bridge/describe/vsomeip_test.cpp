@@ -475,5 +475,14 @@ TEST(ReadVsomeip, DoesNotTakeUnknownPayloadsForEmptyOnes) {
   EXPECT_EQ(lowered.not_carried[0].what, "what it carries is not known");
 }
 
+TEST(ReadVsomeip, RefusesFilesThatAreTooLarge) {
+  const SourceText source{"v.json", "{\"services\": []}"};
+  EXPECT_TRUE(read_vsomeip({&source, 1}, 16).ok());
+  const Reading reading = read_vsomeip({&source, 1}, 15);
+  ASSERT_EQ(reading.problems.size(), 1U);
+  EXPECT_EQ(documents::to_string(reading.problems[0]),
+            "v.json: error: the file has 16 bytes; expected at most 15");
+}
+
 }  // namespace
 }  // namespace trestle::describe

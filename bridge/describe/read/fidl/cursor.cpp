@@ -15,6 +15,15 @@ constexpr std::size_t longest_name = 1000;
 }  // namespace
 
 Token Cursor::take() {
+  if (count_.taken == count_.most && !at_end()) {
+    findings_.error(here(), fmt::format("there is too much in the FIDL and FDEPL files; expected at most {} "
+                                        "words, numbers and signs in all of them",
+                                        count_.most));
+    count_.too_many = true;
+    lost_ = true;
+    lexer_.stop();
+  }
+  count_.taken += at_end() ? 0 : 1;
   const Token token = lexer_.take();
   if (token.kind == Token::Kind::sign) {
     depth_ += token.text == "{" ? 1 : token.text == "}" ? -1 : 0;

@@ -20,12 +20,19 @@ struct Name {
   [[nodiscard]] bool empty() const noexcept { return text.empty(); }
 };
 
+/// How many tokens all files together have, and may have: each of them may become a member of something.
+struct TokenCount {
+  std::size_t most = 0;
+  std::size_t taken = 0;
+  bool too_many = false;
+};
+
 /// Walks through the tokens of a file for a parser. After something was not as expected, all that follows is
 /// not there, until the parser has found a place to go on.
 class Cursor {
  public:
-  Cursor(std::string_view text, std::uint32_t file, Problems& findings)
-      : lexer_{text}, file_{file}, findings_{findings} {}
+  Cursor(std::string_view text, std::uint32_t file, TokenCount& count, Problems& findings)
+      : lexer_{text}, file_{file}, count_{count}, findings_{findings} {}
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const noexcept { return lexer_.peek(ahead); }
   [[nodiscard]] bool at(std::string_view word) const noexcept { return !lost_ && peek().is(word); }
@@ -73,6 +80,7 @@ class Cursor {
  private:
   Lexer lexer_;
   std::uint32_t file_;
+  TokenCount& count_;
   Problems& findings_;
   int depth_ = 0;
   bool lost_ = false;

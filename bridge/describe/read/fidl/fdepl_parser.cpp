@@ -11,7 +11,8 @@ namespace {
 
 class FdeplParser {
  public:
-  FdeplParser(std::string_view text, std::uint32_t file, Problems& findings) : at_{text, file, findings} {}
+  FdeplParser(std::string_view text, std::uint32_t file, TokenCount& count, Problems& findings)
+      : at_{text, file, count, findings} {}
   FdeplTree file();
 
  private:
@@ -291,8 +292,8 @@ const Node* Node::overwrite() const {
   return found == children.end() ? nullptr : &*found;
 }
 
-FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Problems& findings) {
-  return FdeplParser{text, file, findings}.file();
+FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, TokenCount& count, Problems& findings) {
+  return FdeplParser{text, file, count, findings}.file();
 }
 
 }  // namespace trestle::describe::fidl

@@ -64,6 +64,7 @@ struct FdeplTree {
 /// Deepest nesting of elements.
 inline constexpr int deepest_node = 100;
 
-[[nodiscard]] FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, Problems& findings);
+[[nodiscard]] FdeplTree parse_fdepl(std::string_view text, std::uint32_t file, TokenCount& count,
+                                    Problems& findings);
 
 }  // namespace trestle::describe::fidl

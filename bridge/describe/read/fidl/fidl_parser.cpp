@@ -92,7 +92,8 @@ Notes to_notes(std::string_view annotations, std::optional<std::string>& renamed
 
 class FidlParser {
  public:
-  FidlParser(std::string_view text, std::uint32_t file, Problems& findings) : at_{text, file, findings} {}
+  FidlParser(std::string_view text, std::uint32_t file, TokenCount& count, Problems& findings)
+      : at_{text, file, count, findings} {}
   FidlTree file();
 
  private:
@@ -617,8 +618,8 @@ bool is_basic(std::string_view name) {
          name == "undefined";
 }
 
-FidlTree parse_fidl(std::string_view text, std::uint32_t file, Problems& findings) {
-  return FidlParser{text, file, findings}.file();
+FidlTree parse_fidl(std::string_view text, std::uint32_t file, TokenCount& count, Problems& findings) {
+  return FidlParser{text, file, count, findings}.file();
 }
 
 }  // namespace trestle::describe::fidl

@@ -125,6 +125,7 @@ struct FidlTree {
 inline constexpr int deepest_expression = 100;
 
 /// Parses a file. What is wrong is in `findings`; the rest is there.
-[[nodiscard]] FidlTree parse_fidl(std::string_view text, std::uint32_t file, Problems& findings);
+[[nodiscard]] FidlTree parse_fidl(std::string_view text, std::uint32_t file, TokenCount& count,
+                                  Problems& findings);
 
 }  // namespace trestle::describe::fidl

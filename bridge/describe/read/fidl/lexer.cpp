@@ -50,6 +50,11 @@ Token Lexer::take() {
   return token;
 }
 
+void Lexer::stop() {
+  text_ = {};
+  next_.fill({Token::Kind::end, {}, next_.front().mark, false});
+}
+
 void Lexer::skip(std::size_t bytes) {
   for (const char c : text_.substr(0, bytes)) {
     if (c == '\n') {

@@ -37,6 +37,8 @@ class Lexer {
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const noexcept { return next_.at(ahead); }
   Token take();
+  /// From here on there is only the end.
+  void stop();
 
  private:
   [[nodiscard]] Token cut();

@@ -51,10 +51,15 @@ void add_collections(Model& model, fidl::Names& names, Problems& findings) {
 
 }  // namespace
 
-Reading read_fidl(std::span<const SourceText> files, const Load& load) {
+Reading read_fidl(std::span<const SourceText> files, const Load& load, const FidlLimits& limits) {
   Problems findings{max_problems};
   Reading reading;
-  const fidl::Sources sources = fidl::load_sources(files, load, findings);
+  const fidl::Sources sources = fidl::load_sources(files, load, limits, findings);
+  if (sources.too_much) {
+    reading.model.files = sources.names;
+    reading.problems = findings.take(sources.names);
+    return reading;
+  }
   fidl::Names names{sources, findings};
   fidl::Types types{reading.model, names, findings};
   types.make_all();

@@ -18,6 +18,14 @@
 
 namespace trestle::describe {
 
+/// What is read of all files together, those that are imported among them.
+struct FidlLimits {
+  std::size_t files = 2000;
+  std::size_t bytes = std::size_t{64} << 20U;
+  /// Words, numbers and signs. What is made of each of them takes up to 400 bytes.
+  std::size_t tokens = 5'000'000;
+};
+
 /// Reads FIDL and FDEPL files, and what they import: docs/describe_fidl.md.
 ///
 /// Files that people have and Franca refuses are read with warnings where it is clear what they mean. A FIDL
@@ -26,6 +34,8 @@ namespace trestle::describe {
 ///
 /// @param files  at least those that were named; what is among them is not loaded again
 /// @param load   asked for imports by their names as seen from the importing file; may be empty
-[[nodiscard]] Reading read_fidl(std::span<const SourceText> files, const Load& load = {});
+/// @param limits  files beyond them are an error, and then nothing is read
+[[nodiscard]] Reading read_fidl(std::span<const SourceText> files, const Load& load = {},
+                                const FidlLimits& limits = {});
 
 }  // namespace trestle::describe

@@ -49,7 +49,8 @@ bool is_fdepl(const std::string& name, std::string_view text) {
 
 class Loader {
  public:
-  Loader(const Load& load, Problems& findings) : load_{load}, findings_{findings} {}
+  Loader(const Load& load, const FidlLimits& limits, Problems& findings)
+      : load_{load}, limits_{limits}, findings_{findings} {}
 
   Sources all(std::span<const SourceText> files);
 
@@ -64,23 +65,29 @@ class Loader {
   void tell_of_circles();
 
   const Load& load_;
+  const FidlLimits& limits_;
   Problems& findings_;
   Sources sources_;
   std::map<std::string, std::uint32_t, std::less<>> files_;
   std::vector<std::string> texts_;  ///< until they are parsed
   std::vector<std::vector<std::pair<std::uint32_t, Place>>> imports_;
   std::size_t bytes_ = 0;
+  TokenCount tokens_{.most = limits_.tokens};
 };
 
 std::optional<std::uint32_t> Loader::add(std::string name, std::string text, Place place) {
-  bytes_ += text.size();
-  if (texts_.size() >= most_files || bytes_ > most_bytes) {
+  if (texts_.size() >= limits_.files || text.size() > limits_.bytes - bytes_) {
+    const std::string quoted = documents::quote_path(name);
     findings_.error(
-        place, fmt::format("{} is one file too many: at most {} files with {} MiB together are read", name,
-                           most_files, most_bytes / 1024 / 1024));
-    bytes_ -= text.size();
+        place, texts_.size() >= limits_.files
+                   ? fmt::format("{} is one file too many: at most {} FIDL and FDEPL files are read", quoted,
+                                 limits_.files)
+                   : fmt::format("{} has {} bytes; expected at most {}, of all FIDL and FDEPL files together",
+                                 quoted, text.size(), limits_.bytes));
+    sources_.too_much = true;
     return std::nullopt;
   }
+  bytes_ += text.size();
   const auto index = static_cast<std::uint32_t>(texts_.size());
   files_.emplace(beside("", name), index);
   sources_.names.push_back(std::move(name));
@@ -91,12 +98,17 @@ std::optional<std::uint32_t> Loader::add(std::string name, std::string text, Pla
 
 Sources Loader::all(std::span<const SourceText> files) {
   for (const SourceText& file : files) {
-    if (!files_.contains(beside("", file.name))) {
-      add(file.name, file.text, {static_cast<std::uint32_t>(texts_.size()), {}});
+    if (files_.contains(beside("", file.name))) {
+      continue;
+    }
+    if (!add(file.name, file.text, {static_cast<std::uint32_t>(texts_.size()), {}})) {
+      sources_.names.push_back(file.name);  // for the place of the error
+      return std::move(sources_);
     }
   }
-  for (std::uint32_t file = 0; file < texts_.size(); ++file) {
+  for (std::uint32_t file = 0; file < texts_.size() && !sources_.too_much; ++file) {
     parse(file);
+    sources_.too_much = sources_.too_much || tokens_.too_many;
   }
   tell_of_circles();
   find_versions();
@@ -109,14 +121,14 @@ void Loader::parse(std::uint32_t file) {
   if (is_fdepl(sources_.names[file], text)) {
     FdeplSource& source = sources_.fdepl.emplace_back();
     source.file = file;
-    source.tree = parse_fdepl(text, file, findings_);
+    source.tree = parse_fdepl(text, file, tokens_, findings_);
     for (const ImportTree& import : source.tree.imports) {
       follow(import, file, &source);
     }
   } else {
     FidlSource& source = sources_.fidl.emplace_back();
     source.file = file;
-    source.tree = parse_fidl(text, file, findings_);
+    source.tree = parse_fidl(text, file, tokens_, findings_);
     for (const ImportTree& import : source.tree.imports) {
       follow(import, file, nullptr);
     }
@@ -294,8 +306,9 @@ std::string beside(std::string_view file, std::string_view import) {
   return result;
 }
 
-Sources load_sources(std::span<const SourceText> files, const Load& load, Problems& findings) {
-  return Loader{load, findings}.all(files);
+Sources load_sources(std::span<const SourceText> files, const Load& load, const FidlLimits& limits,
+                     Problems& findings) {
+  return Loader{load, limits, findings}.all(files);
 }
 
 }  // namespace trestle::describe::fidl

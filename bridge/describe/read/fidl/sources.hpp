@@ -6,6 +6,7 @@
 
 #include "bridge/describe/read/fidl/fdepl_tree.hpp"
 #include "bridge/describe/read/fidl/fidl_tree.hpp"
+#include "bridge/describe/read/fidl/read_fidl.hpp"
 #include "bridge/describe/read/source_text.hpp"
 
 namespace trestle::describe::fidl {
@@ -28,14 +29,13 @@ struct Sources {
   std::vector<std::string> names{};
   std::deque<FidlSource> fidl{};
   std::deque<FdeplSource> fdepl{};
+  /// There was more than the limits allow. What is here is not all, so that nothing can be said of it.
+  bool too_much = false;
 };
 
-/// Most files of one reading, and most bytes of all of them.
-inline constexpr std::size_t most_files = 2000;
-inline constexpr std::size_t most_bytes = 64UL * 1024 * 1024;
-
 /// Parses the files and all that they import.
-[[nodiscard]] Sources load_sources(std::span<const SourceText> files, const Load& load, Problems& findings);
+[[nodiscard]] Sources load_sources(std::span<const SourceText> files, const Load& load,
+                                   const FidlLimits& limits, Problems& findings);
 
 /// "a/b/../c.fidl" beside "x/y.fidl" is "x/a/c.fidl".
 [[nodiscard]] std::string beside(std::string_view file, std::string_view import);

@@ -392,16 +392,16 @@ void VsomeipReader::finish(std::string_view name) {
   }
 }
 
-Reading read_vsomeip(std::span<const SourceText> sources) {
+Reading read_vsomeip(std::span<const SourceText> sources, std::size_t max_bytes) {
   Reading reading;
   VsomeipReader reader{reading.model};
   for (const SourceText& source : sources) {
     const auto file = static_cast<std::uint32_t>(reading.model.files.size());
     reading.model.files.push_back(source.name);
     Problems problems{source.name, max_problems};
-    if (source.text.size() > max_vsomeip_bytes) {
+    if (source.text.size() > max_bytes) {
       problems.error(documents::Mark{}, fmt::format("the file has {} bytes; expected at most {}",
-                                                    source.text.size(), max_vsomeip_bytes));
+                                                    source.text.size(), max_bytes));
     } else if (const auto root = parse_json(source.text, problems)) {
       reader.read(*root, file, problems);
     }

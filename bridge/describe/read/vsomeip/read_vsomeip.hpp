@@ -19,10 +19,9 @@ namespace trestle::describe {
 /// "method_0001", and what their payloads are made of is not known, so these are empty. What does not tell
 /// about interfaces (logging, routing, security) is left out without a word.
 ///
+/// @param max_bytes  larger files are refused.
 /// @return problems: at most 100 a file, with places.
-[[nodiscard]] Reading read_vsomeip(std::span<const SourceText> sources);
-
-/// Files beyond this are refused.
-inline constexpr std::size_t max_vsomeip_bytes = 16U << 20U;
+[[nodiscard]] Reading read_vsomeip(std::span<const SourceText> sources,
+                                   std::size_t max_bytes = std::size_t{16} << 20U);
 
 }  // namespace trestle::describe

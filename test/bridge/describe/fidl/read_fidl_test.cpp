@@ -16,18 +16,19 @@ using ::testing::SizeIs;
 
 using Files = std::map<std::string, std::string>;
 
-Reading read(const Files& files, std::vector<std::string> named) {
+Reading read(const Files& files, std::vector<std::string> named, const FidlLimits& limits = {}) {
   std::vector<SourceText> sources;
   for (const std::string& name : named) {
     sources.push_back({name, files.at(name)});
   }
-  return read_fidl(sources, [&](const std::string& name) -> tl::expected<std::string, std::string> {
+  const Load load = [&](const std::string& name) -> tl::expected<std::string, std::string> {
     const auto found = files.find(name);
     if (found == files.end()) {
       return tl::unexpected{std::string{"there is no such file"}};
     }
     return found->second;
-  });
+  };
+  return read_fidl(sources, load, limits);
 }
 
 std::vector<std::string> told(const Reading& reading) {
@@ -697,6 +698,33 @@ TEST(ReadFidl, EndsSoonWithWhatIsMadeToTakeLong) {
   const Reading errors =
       read({{"A.fidl", "package p interface I { " + std::string(5000, '?') + "}"}}, {"A.fidl"});
   EXPECT_LE(errors.problems.size(), 100u);
+}
+
+/// Nothing else is said of the files, such as that an interface is missing.
+TEST(ReadFidl, RefusesMoreThanItsLimits) {
+  const Files files{
+      {"A.fidl", "package p interface I { attribute UInt8 x attribute UInt8 y }"},
+      {"B.fidl", "package q import p.* from \"A.fidl\" interface J extends p.I { }"},
+      {"A.fdepl", std::string{v2} + "import \"A.fidl\"\n" + spec + "interface p.I { SomeIpServiceID = 1 }"}};
+  const auto read_with = [&](std::vector<std::string> names, const FidlLimits& limits) {
+    const Reading reading = read(files, std::move(names), limits);
+    EXPECT_THAT(reading.model.services, IsEmpty());
+    return told(reading);
+  };
+  EXPECT_THAT(read_with({"A.fdepl", "A.fidl"}, {.bytes = 230}),
+              ElementsAre("A.fidl: error: 'A.fidl' has 61 bytes; expected at most 230, of all FIDL and FDEPL "
+                          "files together"));
+  EXPECT_THAT(read_with({"B.fidl"}, {.bytes = 100}),
+              ElementsAre("B.fidl:1:11: error: 'A.fidl' has 61 bytes; expected at most 100, of all FIDL and "
+                          "FDEPL files together"));
+  EXPECT_THAT(read_with({"B.fidl"}, {.files = 1}),
+              ElementsAre("B.fidl:1:11: error: 'A.fidl' is one file too many: at most 1 FIDL and FDEPL files "
+                          "are read"));
+  EXPECT_THAT(
+      read_with({"A.fidl"}, {.tokens = 9}),
+      Contains("A.fidl:1:53: error: there is too much in the FIDL and FDEPL files; expected at most 9 "
+               "words, numbers and signs in all of them"));
+  EXPECT_TRUE(read(files, {"A.fidl"}, {.files = 1, .bytes = 61, .tokens = 12}).ok());
 }
 
 TEST(ReadFidl, SaysOnceThatAFileIsUtf16) {
