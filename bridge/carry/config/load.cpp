@@ -4,7 +4,11 @@
 #include <net/if.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
+#include <optional>
+#include <set>
 #include <system_error>
 
 #include "bridge/carry/config/ask_keys.hpp"
@@ -19,6 +23,8 @@
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/utf8.hpp"
+#include "bridge/messages/types/type_files.hpp"
+#include "bridge/messages/types/type_library.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
@@ -365,6 +371,35 @@ void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_typ
   }
 }
 
+/// What should be said of the files that its types were read from. Types that are not known, or wrong, are
+/// told elsewhere.
+void warn_of_type_files(const BridgeConfig& config, std::vector<documents::Problem>& warnings) {
+  messages::TypeLibrary library = messages::TypeLibrary::in(config.types);
+  std::set<std::string> told;
+  for (const documents::Problem& one : warnings) {
+    told.insert(one.file);  // a description among the `interfaces`
+  }
+  const auto look = [&](const auto& tree) {
+    if (tree) {
+      std::ranges::move(messages::encoding_warnings(*tree, told), std::back_inserter(warnings));
+    }
+  };
+  for (const Route& route : config.routes) {
+    look(library.resolve(route.type));
+    if (route.mapping) {
+      look(library.resolve(route.mapping->payload.text));
+    }
+  }
+  for (const MethodRoute& method : config.methods) {
+    if (method.access != messages::FieldAccess::none) {
+      look(library.resolve(method.value_type));
+    } else if (const auto types = library.resolve_service(method.type)) {
+      look(std::optional{types->request});
+      look(std::optional{types->response});
+    }
+  }
+}
+
 }  // namespace
 
 void ask_keys(const std::string& text, const documents::KeyListener& listener) {
@@ -393,6 +428,9 @@ tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_v
     return tl::unexpected{std::move(all)};
   }
   loaded.warnings = std::move(all);
+  if (check_type) {
+    warn_of_type_files(loaded.config, loaded.warnings);
+  }
   return loaded;
 }
 

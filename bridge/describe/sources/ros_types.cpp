@@ -15,6 +15,7 @@
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/parsers.hpp"
+#include "bridge/messages/types/type_files.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -29,6 +30,9 @@ class RosReading {
   explicit RosReading(messages::TypeLibrary& library) : library_{library} {}
 
   Reading read(std::span<const RosInterface> interfaces) {
+    for (const RosInterface& one : interfaces) {
+      told_.insert(one.place);  // by who has its text
+    }
     for (const RosInterface& one : interfaces) {
       add(one);
     }
@@ -145,6 +149,9 @@ class RosReading {
   }
 
   void note_used(const messages::TypeTree& tree) {
+    for (documents::Problem& warning : messages::encoding_warnings(tree, told_)) {
+      reading_.problems.push_back(std::move(warning));
+    }
     for (std::size_t i = 0; i + 1 < tree.messages.size(); ++i) {
       used_.insert(tree.messages[i].name);
     }
@@ -162,6 +169,7 @@ class RosReading {
   std::string place_;
   std::vector<Made> made_;
   std::set<std::string, std::less<>> used_;  ///< messages that others have in them
+  std::set<std::string> told_;               ///< files that are not UTF-8, and others that need no warning
   std::map<std::string, FreeNames> taken_;   ///< by scope
 };
 

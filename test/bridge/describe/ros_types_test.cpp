@@ -148,6 +148,31 @@ TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(LoadSources, RefusesMoreThanItsLimits) {
+  const std::filesystem::path folder =
+      std::filesystem::path{testing::TempDir()} / ("large_sources_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  for (const char* name : {"a.fidl", "b.fidl", "c.fidl"}) {
+    std::ofstream{folder / name} << std::string(name[0] == 'b' ? 200 : 100, ' ');
+  }
+  const auto told = [&](const SourceLimits& limits) {
+    std::vector<documents::Problem> problems;
+    std::string text = std::to_string(load_sources({folder.string()}, problems, limits).size()) + " files";
+    for (const documents::Problem& one : problems) {
+      text += "; " + documents::to_string(one).substr(folder.string().size());
+    }
+    return text;
+  };
+  EXPECT_EQ(told({}), "3 files");
+  EXPECT_EQ(told({.file_bytes = 200, .all_bytes = 400}), "3 files");
+  EXPECT_EQ(told({.file_bytes = 199}),
+            "2 files; /b.fidl: error: cannot be read: it has 200 bytes; expected at most 199 bytes");
+  EXPECT_EQ(told({.file_bytes = 200, .all_bytes = 399}),
+            "2 files; /c.fidl: error: cannot be read: it has 100 bytes; expected at most 99 bytes, which is "
+            "what all files together may still have");
+  std::filesystem::remove_all(folder);
+}
+
 TEST(ReadSources, MakesUtf8OfLatin1WithAWarningForEachFile) {
   const std::vector<SourceText> files{
       {"A.fidl",
@@ -177,6 +202,36 @@ TEST(ReadSources, MakesUtf8OfLatin1WithAWarningForEachFile) {
   EXPECT_THAT(json, HasSubstr("in \xc2\xb0"
                               "C, \xc2\xb0"
                               "F"));
+}
+
+/// Nobody has named Window.msg: it is found beside the other one.
+TEST(ReadSources, WarnsOfLatin1InFilesThatItFindsInFolders) {
+  const std::filesystem::path folder =
+      std::filesystem::path{testing::TempDir()} / ("ros_found_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "p" / "msg");
+  std::filesystem::create_directories(folder / "p" / "srv");
+  const auto write = [&](const char* name, const char* text) { std::ofstream{folder / name} << text; };
+  write("p/msg/A.msg", "p/Window window # in \xb0\np/Window other\n");
+  write("p/msg/Window.msg", "# The pane.\nuint8 x # in \xb0\n");
+  write("p/srv/Lock.srv", "p/Window window\n---\n# gr\xfcn\n");
+  std::vector<documents::Problem> problems;
+  const auto texts = load_sources({(folder / "p/msg/A.msg").string()}, problems);
+  std::vector<std::string> warnings;
+  const auto take = [&](const Reading& reading) {
+    warnings.clear();
+    for (const documents::Problem& one : reading.problems) {
+      warnings.push_back(documents::to_string(one).substr(folder.string().size()));
+    }
+  };
+  const std::string what =
+      ": warning: here the file is not UTF-8: such bytes are taken as Windows-1252 (ISO "
+      "8859-1)";
+  take(read_sources(texts, file_loader()));
+  EXPECT_THAT(warnings, ElementsAre("/p/msg/A.msg:1:22" + what, "/p/msg/Window.msg:2:14" + what));
+  messages::TypeLibrary library = messages::TypeLibrary::in({.folders = {folder.string()}});
+  take(describe_ros(std::vector<RosInterface>{{.type = "p/Lock"}, {.type = "p/msg/Window"}}, library));
+  EXPECT_THAT(warnings, ElementsAre("/p/msg/Window.msg:2:14" + what, "/p/srv/Lock.srv:3:5" + what));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(FolderSource, MakesUtf8OfLatin1) {

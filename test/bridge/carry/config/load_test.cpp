@@ -343,5 +343,25 @@ TEST(LoadConfig, FindsTypeFoldersBesideTheFile) {
   EXPECT_THAT(loaded->config.types.folders, ElementsAre((folder / "messages").lexically_normal().string()));
 }
 
+/// As for other files that are not UTF-8: that of the configuration itself, and descriptions.
+TEST(LoadConfig, WarnsOfTypesInFoldersThatAreNotUtf8) {
+  const std::filesystem::path folder =
+      testing::TempDir() + "load_config_latin1_test_" + std::to_string(getpid());
+  std::filesystem::create_directories(folder / "std_msgs" / "msg");
+  const std::string type = folder / "std_msgs" / "msg" / "String.msg";
+  std::ofstream{type} << "# Text.\nstring data  # gr\xfcn\n";
+  const std::string file = folder / "bridge.yaml";
+  std::ofstream{file} << smallest << "types: {paths: ['.']}\n";
+  const auto loaded = load_config(file, [](const auto&...) { return TypeVerdict{}; });
+  ASSERT_TRUE(loaded.has_value()) << to_string(loaded.error().front());
+  ASSERT_EQ(loaded->warnings.size(), 1U);
+  EXPECT_EQ(to_string(loaded->warnings.front()),
+            type +
+                ":2:18: warning: here the file is not UTF-8: such bytes are taken as Windows-1252 (ISO "
+                "8859-1)");
+  EXPECT_TRUE(load_config(file)->warnings.empty()) << "types are not looked at";
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace trestle::test::load_test
