@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "bridge/describe/write/routes/route_entries.hpp"
+#include "bridge/describe/write/routes/write_routes.hpp"
 #include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
@@ -162,6 +162,39 @@ TEST(RouteEntries, GiveEachMemberATopicOfItsOwn) {
     topics.push_back(entry.node["topic"].Scalar());
   }
   EXPECT_THAT(topics, ElementsAre("/car/lamp/colour", "/car/lamp/colour_2", "/house_hall/lamp/colour"));
+}
+
+/// Ids and topics are all that a route file has.
+TEST(WriteRoutes, ListsTheNamesThatTheFileDoesNotHave) {
+  Model model = lamp();
+  Service& service = model.services[0];
+  service.minor = 0;
+  service.scope = "org.example";
+  service.name = "HTTPLamp";
+  service.fields[0].name = "lightColour";
+  const TypeIndex place = model.add({.kind = Kind::structure,
+                                     .name = "Place",
+                                     .scope = "org.example",
+                                     .members = {{.name = "x", .type = TypeIndex{0}}}});
+  service.events = {{.name = "moved",
+                     .id = someip::MethodId{0x8002},
+                     .payload = {.values = {{.name = "where", .type = place}}},
+                     .eventgroups = {someip::EventgroupId{5}}}};
+  service.eventgroups = {{.name = "Colours", .id = someip::EventgroupId{5}}, {.id = someip::EventgroupId{6}}};
+  model.instances[0].service = "org.example.HTTPLamp";
+  model.instances[0].name = "org.example.Front";
+  model.machines = {{.name = "Ecu"}};
+  const Lowered lowered = lower(model);
+  EXPECT_THAT(lines_of(write_routes(model, lowered).not_carried),
+              ElementsAre("HTTPLamp: its name: who reads the file calls it HttpLamp",
+                          "HTTPLamp: its package: org.example",
+                          "HTTPLamp: the names of its members, which are as ROS has them: lightColour is "
+                          "light_colour",
+                          "HTTPLamp: the name of its eventgroup: 0x0005 is Colours",
+                          "HTTPLamp.moved: the name of its argument: where",
+                          "org.example.Front: the name of the instance", "Ecu: the name of the machine"));
+  // The description beside it has all of them.
+  EXPECT_THAT(lines_of(write_routes(model, lowered, {.interfaces = {"Lamp.fidl"}}).not_carried), IsEmpty());
 }
 
 }  // namespace

@@ -182,6 +182,23 @@ TEST(TypesInMsgFiles, ThatNothingUsesAreTold) {
                   "car.Door.Map: a type that nothing uses", "car.Door.Again: a type that nothing uses"));
 }
 
+TEST(NamesInMsgFiles, ThatRosHasOtherwiseAreTold) {
+  const Model model = read_fidl(
+                          "struct my_part { UInt8 angleNow UInt8 speed }\n"
+                          "broadcast moved { out { my_part partNow UInt8 side UInt8 sideNow } }\n")
+                          .model;
+  std::vector<std::string> lost;
+  for (const NotCarried& one : write_msg(model, lower(model)).not_carried) {
+    lost.push_back(one.element + ": " + one.what);
+  }
+  EXPECT_THAT(
+      lost,
+      ElementsAre("car.Door.my_part: its name, which ROS has otherwise: it is MyPart",
+                  "car.Door.my_part: names of its members, which ROS has otherwise: angleNow is angle_now",
+                  "car.Door.moved: names of its members, which ROS has otherwise: partNow is part_now, "
+                  "sideNow is side_now"));
+}
+
 TEST(NotesInMsgFiles, ThatHaveNoPlaceAreTold) {
   const Model model =
       read_fidl(

@@ -244,6 +244,38 @@ class LostNotes {
   std::vector<NotCarried>& lost_;
 };
 
+/// Types and members that have other names in ROS.
+void tell_of_names(const Model& model, const Lowered& lowered, const auto& is_from_ros,
+                   std::vector<NotCarried>& lost) {
+  std::map<std::string, Place> types;  // by full name
+  for (const Type& type : model.types) {
+    types.emplace(full_name(type.scope, type.name), type.place);
+  }
+  for (const messages::MessageDefinition& message : lowered.definitions) {
+    const auto source = lowered.sources.find(message.name);
+    if (source == lowered.sources.end() || is_from_ros(message.name)) {
+      continue;
+    }
+    const std::string& element = source->second;
+    const auto type = types.find(element);
+    const Place place = type == types.end() ? Place{} : type->second;
+    const std::string name = message.name.substr(message.name.rfind('/') + 1);
+    if (type != types.end() && element.substr(element.find_last_of("./") + 1) != name) {
+      lost.push_back({element, "its name, which ROS has otherwise: it is " + name, place});
+    }
+    std::string members;
+    for (const messages::Field& field : message.fields) {
+      const auto was = lowered.sources.find(message.name + "." + field.name);
+      if (was != lowered.sources.end() && !was->second.empty() && was->second != field.name) {
+        members += fmt::format("{}{} is {}", members.empty() ? "" : ", ", was->second, field.name);
+      }
+    }
+    if (!members.empty()) {
+      lost.push_back({element, "names of its members, which ROS has otherwise: " + members, place});
+    }
+  }
+}
+
 }  // namespace
 
 Written write_msg(const Model& model, const Lowered& lowered) {
@@ -275,6 +307,7 @@ Written write_msg(const Model& model, const Lowered& lowered) {
     return from_ros.contains(name) || (name.find("/msg/") == std::string::npos && end != std::string::npos &&
                                        services_from_ros.contains(name.substr(0, end)));
   };
+  tell_of_names(model, lowered, is_from_ros, written.not_carried);
   std::map<std::string, Package> packages;
   const auto note_needs = [](Package& package, const std::string& name,
                              const messages::MessageDefinition& message) {

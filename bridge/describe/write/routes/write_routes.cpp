@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "bridge/describe/write/routes/action_entries.hpp"
+#include "bridge/describe/write/routes/lost_names.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
@@ -55,6 +56,9 @@ std::string list_of(const std::vector<std::string>& names) {
 Written write_routes(const Model& model, const Lowered& lowered, const RouteFileOptions& options) {
   Written written;
   std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
+  if (options.interfaces.empty()) {
+    tell_of_names(model, lowered, entries, written.not_carried);
+  }
   join_actions(entries, written.not_carried);
   std::map<std::string, std::size_t> counts;
   take_out(entries, [&](const RouteEntry& entry) {
