@@ -212,7 +212,7 @@ class Conform(unittest.TestCase):
                                                        "--event-group {event_multicast} --fault e2e-unchecked\"\n", 1))
         text = conform("run", "e2e.*.repeated", "e2e.profile4.wrong-crc", "--dut", profile, *ADDRESSES, "--out", self.folder,
                        status=1)
-        self.assertIn(": 13 pass-nonstrict 1 fail\n", text)
+        self.assertIn(": 14 pass-nonstrict 1 fail\n", text)
         self.assertIn(": 1 pass\n", conform("run", "e2e.profile4.repeated", "--dut", PROFILE, *ADDRESSES, "--out", self.folder))
 
     def test_takes_its_address_from_an_interface(self):
