@@ -80,6 +80,10 @@ constexpr std::array keywords{
     "using",    "valuetype", "virtual",   "void",      "volatile", "wchar",     "while",     "with",
     "wstring",  "xor",       "xor_eq",    "yield"};
 
+/// What CMake makes of a package, or has itself: rosidl names a target after the package. Sorted.
+constexpr std::array target_names{"all",     "clean",   "depend",         "edit_cache",    "help",
+                                  "install", "package", "package_source", "rebuild_cache", "test"};
+
 std::string without_keyword(std::string name, const char* instead) {
   const bool is_keyword = std::ranges::find(keywords, std::string_view{name}) != keywords.end();
   return is_keyword ? name + instead : name;
@@ -119,6 +123,9 @@ std::string ros_package_name(std::string_view scope) {
   std::string result = is_field_name(part) ? std::string{part} : joined(words_of(part), to_lower);
   if (result.empty()) {
     return {};
+  }
+  if (std::ranges::find(target_names, result) != target_names.end()) {
+    return result + "_msgs";
   }
   return without_keyword(is_digit(result.front()) ? "n" + result : result, "_msgs");
 }

@@ -86,9 +86,11 @@ void set_origins_of_types(const GenerateArguments& arguments, bool with_types,
   const auto seen_all = [&](const std::vector<std::string>& paths, std::vector<std::string>& into) {
     for (const std::string& path : paths) {
       std::error_code error;
-      const fs::path seen = arguments.folder.empty()
-                                ? fs::path{path}
-                                : fs::relative(path, fs::weakly_canonical(arguments.folder, error), error);
+      // The folder may not be there yet.
+      const fs::path seen =
+          arguments.folder.empty()
+              ? fs::path{path}
+              : fs::relative(path, fs::weakly_canonical(fs::absolute(arguments.folder), error), error);
       into.push_back(error || seen.empty() ? fs::absolute(path).string() : seen.string());
     }
   };

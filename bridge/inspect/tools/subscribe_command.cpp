@@ -85,6 +85,19 @@ Groups groups_of(const std::vector<const describe::ServiceElement*>& elements,
   return groups;
 }
 
+/// Who offers an eventgroup asks for an endpoint of each transport that one of its events goes over, wanted
+/// or not.
+void add_transports(const std::vector<const describe::ServiceElement*>& elements, Groups& groups) {
+  for (const describe::ServiceElement* element : elements) {
+    for (const someip::EventgroupId eventgroup : element->eventgroups) {
+      if (const auto group = groups.find(eventgroup); element->is_event() && group != groups.end()) {
+        group->second.tcp = group->second.tcp || element->transport == Transport::tcp;
+        group->second.udp = group->second.udp || element->transport == Transport::udp;
+      }
+    }
+  }
+}
+
 /// Reads SERVICE.EVENT..., SERVICE EVENT... or SERVICE by names; or SERVICE EVENTGROUP [EVENT...] by ids.
 Groups find_groups(SubscribeArguments& options, cli::Target& target) {
   const describe::Interfaces* const interfaces = options.interfaces.get();
@@ -121,6 +134,9 @@ Groups find_groups(SubscribeArguments& options, cli::Target& target) {
   Groups groups = groups_of(elements, options.transport);
   if (groups.empty()) {
     throw CLI::ValidationError("EVENT", fmt::format("{} has no events", options.service));
+  }
+  if (!options.transport.given()) {
+    add_transports(interfaces->elements_of(*target.described), groups);
   }
   return groups;
 }

@@ -110,6 +110,14 @@ class Generate(unittest.TestCase):
         self.assertIn("/door/moved", output)
         self.assertIn("car/srv/DoorOpen", output)
 
+    def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
+        (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
+        done = subprocess.run([TRESTLE, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
+        self.assertEqual(done.returncode, 0)
+        text = (self.folder / "new/bridge.yaml").read_text()
+        self.assertIn("../Lamp.fidl", text)
+        self.assertNotIn(str(self.folder), text)
+
     def test_changes_nothing_the_second_time(self):
         bare = self.folder / "Lamp.fidl"
         bare.write_text("package car\ninterface Lamp { version { major 1 minor 0 } method on { } broadcast hot { } }\n")

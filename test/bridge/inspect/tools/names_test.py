@@ -196,6 +196,17 @@ class Door(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", (
                     "error: Door.0x0001 is offered over UDP, and not over TCP, over which this call goes\n")))
 
+    def test_an_event_over_udp_of_an_eventgroup_that_has_one_over_tcp(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = [os.path.join(folder, name) for name in ("Door.fidl", "Door.fdepl")]
+            for source, file in zip(DOOR[1:], files):
+                with open(source) as old, open(file, "w") as new:
+                    new.write(old.read().replace("SomeIpEventID = 0x8011\n", "SomeIpEventID = 0x8011\n        SomeIpReliable = true\n")
+                              .replace("UnicastPort = 30711\n", "UnicastPort = 30711\n        SomeIpReliableUnicastPort = 30711\n"))
+            with Running("notify", 1, "Door.moved", "{opening: 50, speed: FAST}", "--rate", "50", "--interfaces", *files):
+                done = run("subscribe", 2, "Door.moved", "--count", "1", "-q", "--interfaces", *files)
+                self.assertIn("opening: 50\n", done.stdout, done.stderr)
+
     def test_the_log_has_names(self):
         with Running("notify", 1, "Door.moved", "{opening: 1}", "--rate", "50", *DOOR) as notify:
             # All eventgroups are offered, so that who wants more than this event is not refused.
