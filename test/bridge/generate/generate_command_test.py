@@ -112,7 +112,7 @@ class Generate(unittest.TestCase):
 
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
-        done = subprocess.run([TRESTLE, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
+        done = subprocess.run([program, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
         self.assertEqual(done.returncode, 0)
         text = (self.folder / "new/bridge.yaml").read_text()
         self.assertIn("../Lamp.fidl", text)
