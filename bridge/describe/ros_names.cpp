@@ -81,8 +81,8 @@ constexpr std::array keywords{
     "wstring",  "xor",       "xor_eq",    "yield"};
 
 /// What CMake makes of a package, or has itself: rosidl names a target after the package. Sorted.
-constexpr std::array target_names{"all",     "clean",   "depend",         "edit_cache",    "help",
-                                  "install", "package", "package_source", "rebuild_cache", "test"};
+constexpr std::array target_names{"all",     "clean",   "depend",         "edit_cache",   "help",
+                                  "install", "package", "package_source", "rebuild_cache"};
 
 std::string without_keyword(std::string name, const char* instead) {
   const bool is_keyword = std::ranges::find(keywords, std::string_view{name}) != keywords.end();

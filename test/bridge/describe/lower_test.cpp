@@ -62,7 +62,7 @@ TEST(RosNames, AreWhatRosAllows) {
   EXPECT_EQ(ros_package_name("org.example.DataTypes"), "data_types");
   EXPECT_EQ(ros_package_name("/Services/Body"), "body");
   EXPECT_EQ(ros_package_name("org.interface"), "interface_msgs");
-  EXPECT_EQ(ros_package_name("org.test"), "test_msgs") << "CMake has a target of this name";
+  EXPECT_EQ(ros_package_name("org.install"), "install_msgs") << "CMake has a target of this name";
 }
 
 TEST(Lower, MakesMessagesOfEventsAndKeepsWhatTheyWere) {
