@@ -36,7 +36,7 @@ constexpr std::array profile_keys{
 };
 
 /// What holds on the Adaptive Platform, which has no element to say it.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 9> fixed{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 9> always_so{{
     {"offset_bits", "64"},
     {"crc_offset_bits", "64"},
     {"counter_offset_bits", "72"},
@@ -220,7 +220,8 @@ std::string Writer::protection_of(const Protected& one) {
     length("SOURCE-ID", "source_id");
   }
   for (const auto& [key, value] : texts) {
-    if (std::ranges::find(fixed, std::pair<std::string_view, std::string_view>{key, value}) == fixed.end()) {
+    if (std::ranges::find(always_so, std::pair<std::string_view, std::string_view>{key, value}) ==
+        always_so.end()) {
       lost(one.element, "its E2E protection: " + key + " is " + value, one.place);
     }
   }
