@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 
 #include "bridge/carry/record/players.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
@@ -173,7 +174,7 @@ class RoutePlayer final : public Player {
   bool has_receivers() const override {
     return std::ranges::all_of(routes_, [](const auto& one) {
       const CounterGroup group = one.route->counters();
-      const auto readers = std::ranges::find(group.counters, "readers", &Counter::name);
+      const auto readers = std::ranges::find(group.counters, std::string_view{"readers"}, &Counter::name);
       return readers != group.counters.end() && readers->count > 0;
     });
   }
