@@ -1,11 +1,19 @@
 #include "bridge/carry/record/dds_place.hpp"
 
+#include <CLI/CLI.hpp>
 #include <stdexcept>
 
 #include "bridge/carry/config/ros_environment.hpp"
 #include "bridge/carry/runtime/participant_config.hpp"
 
 namespace trestle::carry {
+
+void add_domain(CLI::App& command, std::optional<std::uint32_t>& domain) {
+  command
+      .add_option("--domain", domain, "DDS domain (default: that of --config, else ROS_DOMAIN_ID, else 0)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 232));
+}
 
 dds::ParticipantConfig dds_place(const std::optional<BridgeConfig>& config,
                                  std::optional<std::uint32_t> domain, const std::string& name) {

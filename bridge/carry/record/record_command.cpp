@@ -276,11 +276,7 @@ void add_record_command(CLI::App& app, int& status) {
       ->add_option("--config", arguments->config,
                    "A bridge's configuration: its DDS settings, types and topics")
       ->type_name("FILE");
-  command
-      ->add_option("--domain", arguments->domain,
-                   "DDS domain (default: that of --config, else ROS_DOMAIN_ID, else 0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 232));
+  add_domain(*command, arguments->domain);
   command
       ->add_option("--msg-path", arguments->msg_path,
                    "Folder with .msg packages, searched before AMENT_PREFIX_PATH (may be repeated)")

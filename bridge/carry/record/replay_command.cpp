@@ -301,11 +301,7 @@ void add_replay_command(CLI::App& app, int& status) {
       ->add_option("--config", arguments->config,
                    "A bridge's configuration: its routes convert SOME/IP events to topics")
       ->type_name("FILE");
-  command
-      ->add_option("--domain", arguments->domain,
-                   "DDS domain (default: that of --config, else ROS_DOMAIN_ID, else 0)")
-      ->type_name("N")
-      ->check(CLI::Range(0, 232));
+  add_domain(*command, arguments->domain);
   cli::option(*command, "--delay", arguments->delay_s, "SECONDS",
               "Time for receivers to find us before the first message", cli::number_between(0, 1e6));
   cli::option(*command, "--wait", arguments->wait_s, "SECONDS",
