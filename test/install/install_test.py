@@ -115,6 +115,24 @@ class Whole(unittest.TestCase):
         self.assertEqual(header.stat().st_mtime_ns, before)
 
 
+class Stage(unittest.TestCase):
+    """Headers on their way to where they are installed, which all `cmake --install` of one build share."""
+
+    def test_a_header_that_another_install_is_copying_stays_whole(self):
+        work = WORK / "stage"
+        shutil.rmtree(work, ignore_errors=True)
+        (work / "source/sd").mkdir(parents=True)
+        (work / "staged/sd").mkdir(parents=True)
+        (work / "source/sd/one.hpp").write_text('#include "sd/two.hpp"\n')
+        (work / "staged/sd/one.hpp").write_text("as it was\n")
+        with open(work / "staged/sd/one.hpp") as copying:
+            good("cmake", f"-DTRESTLE_SOURCE={work}/source", f"-DTRESTLE_STAGE={work}/staged", f"-DTRESTLE_INCLUDES={work}/include",
+                 "-DTRESTLE_HEADERS=sd/one.hpp", "-P", SOURCE / "cmake/install_headers.cmake")
+            self.assertEqual(copying.read(), "as it was\n")
+        self.assertEqual((work / "include/sd/one.hpp").read_text(), "#include <trestle/sd/two.hpp>\n")
+        self.assertEqual([path.name for path in (work / "staged/sd").iterdir()], ["one.hpp"])
+
+
 class Run(unittest.TestCase):
     """./run, as far as nothing is built."""
 

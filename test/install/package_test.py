@@ -3,6 +3,7 @@
 
 That they can be installed, upgraded and purged is tried in a Debian of its own: `./run package --try`.
 """
+import difflib
 import gzip
 import hashlib
 import json
@@ -142,7 +143,14 @@ class Packages(unittest.TestCase):
         def sums(folder):
             return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()
                     if path.suffix in (".deb", ".json")}
-        self.assertEqual(sums(WORK / "out"), sums(WORK / "again"))
+
+        def differences(name):
+            first, second = (good("dpkg-deb", "--contents", WORK / folder / name).splitlines() for folder in ("out", "again"))
+            return "\n".join(difflib.unified_diff(first, second, name, "again", n=0, lineterm=""))
+        first, second = sums(WORK / "out"), sums(WORK / "again")
+        self.assertEqual(sorted(first), sorted(second))
+        differ = [name for name in first if first[name] != second[name]]
+        self.assertEqual(differ, [], "\n".join(differences(name) for name in differ if name.endswith(".deb")))
 
     def test_lintian_has_nothing_to_say(self):
         if not shutil.which("lintian"):

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,10 @@ except ImportError as missing:
     sys.exit(1 if os.environ.get("TRESTLE_REQUIRE_PEERS") else 77)
 
 TRESTLE, SOURCE = sys.argv.pop(1), pathlib.Path(sys.argv.pop(1)).resolve()
-EXAMPLES = sorted(path for path in SOURCE.glob("examples/**/*.yaml") if "profile" not in path.name)
+# A copy: what is damaged stands beside what it names, and others read the examples at the same time (packages do).
+WORK = tempfile.TemporaryDirectory()
+COPY = pathlib.Path(shutil.copytree(SOURCE / "examples", pathlib.Path(WORK.name, "examples")))
+EXAMPLES = sorted(path for path in COPY.glob("**/*.yaml") if "profile" not in path.name)
 # Of bridges, like the one that is damaged; and one whose types are not here (test/bridge/autoware).
 OTHER_ENDS = re.compile(r"_b\.yaml$|^perf_|^vehicle_interface\.yaml$")
 
@@ -62,8 +66,8 @@ def whole_files():
     for example in (one for one in EXAMPLES if not OTHER_ENDS.search(one.name)):
         yield example.name if example.parent.name == "examples" else f"{example.parent.name}/{example.name}", example.read_text(), example.parent
     good = re.search(r'R"\((.*)\)"', (SOURCE / "test/bridge/carry/config/good_config.hpp").read_text(), re.DOTALL)
-    yield "every key of routes", good[1], SOURCE / "examples"
-    yield "other lists", MORE, SOURCE / "examples"
+    yield "every key of routes", good[1], COPY
+    yield "other lists", MORE, COPY
 
 
 def paths(value, before=()):
@@ -152,7 +156,7 @@ class Schema(unittest.TestCase):
                     shown.append((page.name, document))
         by_themselves = [example for example in EXAMPLES if example.parent.name == "examples"]
         shown += [(example.name, yaml.safe_load(example.read_text())) for example in by_themselves]
-        verdicts = check([document for _, document in shown], SOURCE / "examples")
+        verdicts = check([document for _, document in shown], COPY)
         good = [one for one, errors in zip(shown, verdicts) if not errors]
         self.assertGreater(len(good), len(by_themselves))
         for page, document in good:
