@@ -34,6 +34,15 @@ std::optional<RemoteService> ServiceDiscovery::remote(RemoteHandle service) cons
 
 std::size_t ServiceDiscovery::requirements_of(const slots::Remote& remote) const noexcept {
   std::size_t count = 0;
+  if (const std::span<ServiceId> kept = ids_.requirements; optimised_for_many && !kept.empty()) {
+    const std::span<ServiceId> ids = kept.first(requirements_.used_end());
+    for (std::size_t at = find_id(ids, remote.service); at != ids.size();
+         at = find_id(ids, remote.service, at + 1)) {
+      const slots::Requirement& requirement = requirements_[static_cast<std::uint16_t>(at)];
+      count += requirement.slot_state == SlotBase::State::in_use && fits(requirement, remote) ? 1 : 0;
+    }
+    return count;
+  }
   for (const slots::Requirement& requirement : requirements_) {
     count += fits(requirement, remote) ? 1 : 0;
   }
@@ -66,6 +75,9 @@ Result<RequirementHandle, SdError> ServiceDiscovery::require(const RequiredServi
   slots::Requirement* const slot = requirements_.add();
   if (slot == nullptr) {
     return tl::unexpected{SdError::table_full};
+  }
+  if (const std::span<ServiceId> ids = ids_.requirements; optimised_for_many && !ids.empty()) {
+    ids[slot->index] = service.service;
   }
   slot->service = service.service;
   slot->instance = service.instance;
@@ -249,7 +261,7 @@ slots::Remote* ServiceDiscovery::add_remote(slots::Remote& offered, bool is_take
   }
   static_cast<SlotBase&>(offered) = static_cast<const SlotBase&>(*remote);
   *remote = offered;
-  if (const std::span<ServiceId> ids{remote_ids_}; optimised_for_many && !ids.empty()) {
+  if (const std::span<ServiceId> ids = ids_.remotes; optimised_for_many && !ids.empty()) {
     ids[remote->index] = remote->service;
   }
   remote->is_wanted = wanting > 0;

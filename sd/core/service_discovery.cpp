@@ -51,7 +51,7 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
       silences_{storage.silences},
       peers_{storage.peers},
       remotes_{storage.remotes},
-      remote_ids_{storage.remote_ids},
+      ids_{storage.ids},
       requirements_{storage.requirements},
       subscriptions_{storage.subscriptions},
       offers_{storage.offers},

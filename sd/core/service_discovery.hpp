@@ -15,6 +15,7 @@
 
 #include "sd/core/bounded_queue.hpp"
 #include "sd/core/entry_options.hpp"
+#include "sd/core/find_id.hpp"
 #include "sd/core/known_failures.hpp"
 #include "sd/core/random.hpp"
 #include "sd/core/storage.hpp"
@@ -617,11 +618,10 @@ class ServiceDiscovery {
   /// The first one of that service that `wanted` is true for; nothing when there is none.
   template <typename Wanted>
   [[nodiscard]] slots::Remote* search_remotes(ServiceId service, Wanted wanted) const noexcept {
-    if (const std::span<ServiceId> kept{remote_ids_}; optimised_for_many && !kept.empty()) {
+    if (const std::span<ServiceId> kept = ids_.remotes; optimised_for_many && !kept.empty()) {
       const std::span<ServiceId> ids = kept.first(remotes_.used_end());
-      for (auto at = std::ranges::find(ids, service); at != ids.end();
-           at = std::find(at + 1, ids.end(), service)) {
-        slots::Remote& remote = remotes_[static_cast<std::uint16_t>(at - ids.begin())];
+      for (std::size_t at = find_id(ids, service); at != ids.size(); at = find_id(ids, service, at + 1)) {
+        slots::Remote& remote = remotes_[static_cast<std::uint16_t>(at)];
         if (remote.slot_state == SlotBase::State::in_use && wanted(std::as_const(remote))) {
           return &remote;
         }
@@ -717,7 +717,7 @@ class ServiceDiscovery {
   TimePoint questions_due_ = never;     // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
-  [[no_unique_address]] slots::ServiceIds remote_ids_;
+  [[no_unique_address]] slots::ServiceIds ids_;
   Table<slots::Requirement> requirements_;
   Table<slots::Subscription> subscriptions_;
   Table<slots::Offer> offers_;

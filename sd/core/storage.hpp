@@ -159,15 +159,18 @@ struct Remote : SlotBase {
   [[nodiscard]] std::uint16_t& told() noexcept { return subscribed_by; }
 };
 
-/// Instead of ServiceIds where there is no memory for it: always empty.
-struct NoServiceIds {
-  /// None.
-  constexpr explicit operator std::span<ServiceId>() const noexcept { return {}; }
+/// The service of each place of two tables, by its index, also of places that are not in use any more. A
+/// search among thousands reads these, and not the places, which lie far apart.
+struct KeptServiceIds {
+  std::span<ServiceId> remotes{};
+  std::span<ServiceId> requirements{};
 };
-/// The service of each place for a remote service, by its index, also of places that are not in use any more.
-/// A search among thousands reads these, and not the places, which lie far apart. Kept where there is memory
-/// for it.
-using ServiceIds = std::conditional_t<optimised_for_many, std::span<ServiceId>, NoServiceIds>;
+/// Instead of it where there is no memory for it: always empty.
+struct NoServiceIds {
+  static constexpr std::span<ServiceId> remotes{};
+  static constexpr std::span<ServiceId> requirements{};
+};
+using ServiceIds = std::conditional_t<optimised_for_many, KeptServiceIds, NoServiceIds>;
 
 /// What is remembered of a host that was asked by a service and did not answer: otherwise each offer that
 /// differs would begin the questions anew.
@@ -296,7 +299,7 @@ struct StorageView {
   std::span<std::byte> configuration_bytes;
   std::span<slots::ConfigurationBlock> configurations;
   std::span<slots::Silence> silences;
-  [[no_unique_address]] slots::ServiceIds remote_ids{};  ///< for each of `remotes`, or none
+  [[no_unique_address]] slots::ServiceIds ids{};  ///< for each of `remotes` and `requirements`, or none
 };
 
 /// The memory of one ServiceDiscovery, about 280 KB with the default limits: have it as a static, a member,
@@ -344,13 +347,15 @@ class Storage {
         configuration_bytes;
     Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;
     Slots<slots::Silence, guards ? limits.max_silent_hosts : std::uint16_t{0}> silences;
-    [[no_unique_address]] std::conditional_t<optimised_for_many, Slots<ServiceId, limits.max_remote_services>,
-                                             slots::NoServiceIds>
-        remote_ids;
+    struct Ids {
+      Slots<ServiceId, limits.max_remote_services> remotes;
+      Slots<ServiceId, limits.max_requirements> requirements;
+    };
+    [[no_unique_address]] std::conditional_t<optimised_for_many, Ids, slots::NoServiceIds> ids;
 
     slots::ServiceIds ids_view() noexcept {
       if constexpr (optimised_for_many) {
-        return remote_ids.view();
+        return {ids.remotes.view(), ids.requirements.view()};
       } else {
         return {};
       }

@@ -24,13 +24,24 @@ class HeapStorage {
         configuration_bytes_((limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes),
         configurations_(limits.max_configurations),
         silences_(limits.max_silent_hosts),
-        remote_ids_(limits.max_remote_services) {}
+        remote_ids_(limits.max_remote_services),
+        requirement_ids_(limits.max_requirements) {}
 
   [[nodiscard]] StorageView view() noexcept {
-    return {
-        offers_,   eventgroups_,     subscribers_,     requirements_,   subscriptions_,       remotes_,
-        peers_,    tcp_connections_, pending_entries_, pending_events_, configuration_bytes_, configurations_,
-        silences_, remote_ids_};
+    return {offers_,
+            eventgroups_,
+            subscribers_,
+            requirements_,
+            subscriptions_,
+            remotes_,
+            peers_,
+            tcp_connections_,
+            pending_entries_,
+            pending_events_,
+            configuration_bytes_,
+            configurations_,
+            silences_,
+            {remote_ids_, requirement_ids_}};
   }
   /// Calls `visit(name, used, limit)` for each limit that peers or the application can reach.
   template <typename Visit>
@@ -63,6 +74,7 @@ class HeapStorage {
   std::vector<slots::ConfigurationBlock> configurations_;
   std::vector<slots::Silence> silences_;
   std::vector<ServiceId> remote_ids_;
+  std::vector<ServiceId> requirement_ids_;
 };
 
 }  // namespace trestle::sd

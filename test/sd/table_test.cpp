@@ -5,6 +5,9 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
+
+#include "sd/core/find_id.hpp"
 
 namespace trestle::sd::table_test {
 namespace {
@@ -90,6 +93,26 @@ TEST(Table, KnowsOldHandlesFromNewOnesForLong) {
   ASSERT_NE(slot, nullptr);
   EXPECT_EQ(table.handle_of<SlotHandle>(*slot).generation, 1U);
   EXPECT_EQ(table.find(SlotHandle{}), nullptr);
+}
+
+TEST(Table, FindsServicesAtEachPlaceOfItsIds) {
+  constexpr someip::ServiceId wanted{0x1234};
+  for (std::size_t size = 0; size <= 100; ++size) {
+    std::vector<someip::ServiceId> ids(size, someip::ServiceId{0x1235});
+    EXPECT_EQ(find_id(ids, wanted), size);
+    for (std::size_t place = 0; place < size; ++place) {
+      ids[place] = wanted;
+      EXPECT_EQ(find_id(ids, wanted), place);
+      EXPECT_EQ(find_id(ids, wanted, place), place);
+      EXPECT_EQ(find_id(ids, wanted, place + 1), size);
+      if (place + 40 < size) {
+        ids[place + 40] = wanted;
+        EXPECT_EQ(find_id(ids, wanted, place + 1), place + 40);
+        ids[place + 40] = someip::ServiceId{0x1235};
+      }
+      ids[place] = someip::ServiceId{0x1235};
+    }
+  }
 }
 
 }  // namespace
