@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
@@ -61,10 +62,18 @@ Device::~Device() {
 
 void Device::ask(const char* what) const {
   std::fprintf(stderr, "%s the device '%s', then press Enter. ", what, profile_.name.c_str());
-  while (true) {
-    const int c = std::getchar();
-    if (c == '\n' || c == EOF) {
-      return;
+  // Not through stdio, which remembers the end of a terminal's input for good.
+  char c = 0;
+  while (c != '\n') {
+    const ssize_t count = ::read(STDIN_FILENO, &c, 1);
+    if (count < 0 && errno == EINTR) {
+      continue;
+    }
+    if (count <= 0) {
+      std::fprintf(stderr, "\n");
+      throw std::runtime_error{std::string{"nobody said that this is done: '"} + what + " the device'; " +
+                               (count == 0 ? "standard input is at its end" : std::strerror(errno)) +
+                               " (lifecycle: ask_operator)"};
     }
   }
 }
@@ -78,6 +87,7 @@ void Device::start() {
     process_ = spawn(filled_in(command, profile_, programs_, fault_), log_);
   } else if (profile_.lifecycle.ask_operator) {
     ask("Start");
+    is_on_ = true;
   }
 }
 
@@ -132,7 +142,8 @@ void Device::end_process(bool at_once) {
 void Device::stop(bool at_once) {
   if (!profile_.lifecycle.stop.empty() && !at_once && process_ != 0) {
     run(profile_.lifecycle.stop);
-  } else if (process_ == 0 && profile_.lifecycle.ask_operator) {
+  } else if (is_on_) {
+    is_on_ = false;  // nobody is asked twice
     ask("Stop");
   }
   end_process(at_once);

@@ -20,7 +20,8 @@ class Device {
   Device& operator=(const Device&) = delete;
 
   /// Nothing happens where the profile has no command for it.
-  /// @throws std::runtime_error when a command cannot be run or fails.
+  /// @throws std::runtime_error when a command cannot be run or fails, or nobody is there to be asked:
+  ///         standard input is at its end.
   void start();
   /// In order (SIGTERM), or at once.
   void stop(bool at_once = false);
@@ -45,6 +46,7 @@ class Device {
   std::string fault_;
   pid_t process_ = 0;
   int status_ = 0;  ///< of the shell that start() began, once it has ended
+  bool is_on_ = false;  ///< a person was asked to start it, and not yet to stop it
 };
 
 }  // namespace trestle::conform

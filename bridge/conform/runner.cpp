@@ -148,6 +148,10 @@ Attempt attempt_at(const Case& one, Run& run) {
   } catch (const DeviceEnded& ended) {
     run.tester.close_all();
     return absent(ended);
+  } catch (const std::runtime_error& error) {
+    // Of a command, or a person, that was to start it.
+    run.tester.close_all();
+    return {.verdict = Verdict::error, .reason = error.what(), .alive_before = false};
   }
   Watch watch{run};
   run.tester.forget();
@@ -244,6 +248,31 @@ std::string hint(const Run& run) {
   return text;
 }
 
+/// A device that cannot be stopped takes no results along.
+/// @param is_left  somebody wants the run to end now.
+void end_with(Run& run, RunResult& result, bool is_left) {
+  const auto tell = [&](const std::exception& error) {
+    if (run.options.on_problem) {
+      run.options.on_problem(std::string{"the device may run on: "} + error.what());
+    }
+  };
+  try {
+    // One that the tester does not stop is there for the next run.
+    if (run.profile.lifecycle.start.empty() && !is_left) {
+      bring_back(run);
+    }
+  } catch (const Cancelled&) {
+    result.cancelled = true;
+  } catch (const std::runtime_error& error) {
+    tell(error);
+  }
+  try {
+    run.device.stop();
+  } catch (const std::runtime_error& error) {
+    tell(error);
+  }
+}
+
 /// Says at once when the device is not there after its start.
 void begin_with(Run& run) {
   std::string problem;
@@ -270,6 +299,7 @@ std::size_t RunResult::count(Verdict verdict) const {
 RunResult run_cases(const Profile& profile, const std::vector<const Case*>& cases,
                     const RunOptions& options) {
   const Clock::time_point began = Clock::now();
+  bool is_left = false;
   RunResult result{.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
   Run run{profile, options};
   run.device.start();
@@ -301,14 +331,11 @@ RunResult run_cases(const Profile& profile, const std::vector<const Case*>& case
         break;
       }
     }
-    // One that the tester does not stop is there for the next run.
-    if (profile.lifecycle.start.empty()) {
-      bring_back(run);
-    }
   } catch (const Cancelled&) {
     result.cancelled = true;
+    is_left = true;
   }
-  run.device.stop();
+  end_with(run, result, is_left);
   result.took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - began);
   return result;
 }

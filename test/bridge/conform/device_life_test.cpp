@@ -1,15 +1,18 @@
 #include "bridge/conform/runner.hpp"
 
 #include <gmock/gmock.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "bridge/conform/cases/all_cases.hpp"
+#include "bridge/conform/device.hpp"
 #include "bridge/conform/trial.hpp"
 #include "test/bridge/conform/small_device.hpp"
 
@@ -259,6 +262,74 @@ TEST(DeviceLife, GivesUpWhenTheDeviceIsNotThere) {
   EXPECT_EQ(result.cases[0].outcome.reason,
             "the device exited with status 3 before the case began; see device.log");
   EXPECT_THAT(result.gave_up, HasSubstr("device.log"));
+}
+
+// --- What a person is asked to do -------------------------------------------------------------------------
+
+/// A person who presses Enter so often, and then is gone: standard input, which is at its end after that.
+class Person {
+ public:
+  explicit Person(std::size_t presses) {
+    std::array<int, 2> pipe{};
+    EXPECT_EQ(::pipe2(pipe.data(), O_CLOEXEC), 0);
+    const std::string keys(presses, '\n');
+    EXPECT_EQ(::write(pipe[1], keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+    ::close(pipe[1]);
+    ::dup2(pipe[0], STDIN_FILENO);
+    ::close(pipe[0]);
+  }
+  ~Person() {
+    ::dup2(before_, STDIN_FILENO);
+    ::close(before_);
+  }
+  Person(const Person&) = delete;
+  Person& operator=(const Person&) = delete;
+
+  /// Whether all was pressed that was to be.
+  [[nodiscard]] static bool is_done() {
+    char c = 0;
+    return ::read(STDIN_FILENO, &c, 1) == 0;
+  }
+
+ private:
+  int before_ = ::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 3);
+};
+
+TEST(DeviceLife, TakesTheEndOfTheInputForNoAnswer) {
+  const SmallDevice device;
+  Profile asking = profile();
+  asking.lifecycle.ask_operator = true;
+  Case restarts = nothing_to_do("a.restarts");
+  restarts.run = [](Trial& t) { t.device.restart(); };
+  const Case next = nothing_to_do("a.next");
+  {
+    const Person nobody{0};
+    EXPECT_THROW((void)run_cases(asking, {&next}, options()), std::runtime_error);
+  }
+  // Whoever goes away later takes no results along.
+  const Person leaves{1};
+  std::vector<std::string> problems;
+  RunOptions with = options();
+  with.on_problem = [&](const std::string& text) { problems.push_back(text); };
+  const RunResult result = run_cases(asking, {&restarts, &next}, with);
+  ASSERT_EQ(result.cases.size(), 2U);
+  EXPECT_EQ(result.cases[0].outcome.verdict, Verdict::error);
+  EXPECT_THAT(result.cases[0].outcome.reason,
+              testing::AllOf(HasSubstr("'Restart the device'"), HasSubstr("standard input is at its end")));
+  EXPECT_EQ(result.cases[1].outcome.verdict, Verdict::pass) << result.cases[1].outcome.reason;
+  EXPECT_FALSE(result.cancelled);
+  EXPECT_THAT(problems, testing::ElementsAre(HasSubstr("the device may run on: nobody said that this is done: "
+                                                       "'Stop the device'")));
+}
+
+TEST(DeviceLife, AsksOnceForEachThing) {
+  const SmallDevice device;
+  Profile asking = profile();
+  asking.lifecycle.ask_operator = true;
+  const Case one = nothing_to_do("a.one");
+  const Person person{2};  // it is started, and it is stopped
+  EXPECT_EQ(run_cases(asking, {&one}, options()).count(Verdict::pass), 1U);
+  EXPECT_TRUE(Person::is_done());
 }
 
 }  // namespace
