@@ -234,8 +234,38 @@ CaseResult run_one(const Case& one, Run& run, bool once) {
   return result;
 }
 
+/// The last line of what the device printed; empty: it printed nothing.
+std::string last_line(const std::string& file) {
+  constexpr std::streamoff most = 4096;
+  std::ifstream in{file, std::ios::binary | std::ios::ate};
+  in.seekg(std::max<std::streamoff>(0, static_cast<std::streamoff>(in.tellg()) - most));
+  std::string last;
+  for (std::string line; std::getline(in, line);) {
+    last = line.empty() ? last : line;
+  }
+  std::ranges::replace_if(
+      last, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, '?');
+  return last;
+}
+
+/// What to look at when the device that the tester started has ended.
+std::string hint_of_end(const Run& run) {
+  const std::string& command =
+      run.options.fault.empty() ? run.profile.lifecycle.start : run.profile.faults.start;
+  const std::string log = run.options.folder + "/device.log";
+  const std::string line = last_line(log);
+  return fmt::format(
+      "its command is '{}' (start, in {}); {}",
+      filled_in(command, run.profile, run.options.programs, run.options.fault),
+      run.profile.file.empty() ? "the profile" : run.profile.file,
+      line.empty() ? "it printed nothing" : fmt::format("the last that it printed, in {}: {}", log, line));
+}
+
 /// What to look at when the device is not there.
-std::string hint(const Run& run) {
+std::string hint(Run& run) {
+  if (run.device.ended()) {
+    return hint_of_end(run);
+  }
   std::string text = fmt::format("look at the addresses in the profile (device {}, tester {}, SD port {}",
                                  someip::to_string(run.profile.device), someip::to_string(run.profile.tester),
                                  run.profile.sd_port);
@@ -278,14 +308,14 @@ void begin_with(Run& run) {
   std::string problem;
   try {
     if (!await_device(run)) {
-      problem = "does not answer";
+      problem = "does not answer after its start; " + hint(run);
     }
   } catch (const DeviceEnded& ended) {
     run.tester.close_all();
-    problem = ended.how;
+    problem = ended.how + " after its start; " + hint_of_end(run);
   }
   if (!problem.empty() && run.options.on_problem) {
-    run.options.on_problem(fmt::format("the device {} after its start; {}", problem, hint(run)));
+    run.options.on_problem("the device " + problem);
   }
 }
 

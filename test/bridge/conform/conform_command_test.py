@@ -188,6 +188,10 @@ class Conform(unittest.TestCase):
         profile.write_text(PROFILE.read_text().replace("{programs}/ets_device", "{programs}/no_such_device"))
         text = conform("run", "sd", "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
         self.assertIn("the device exited with status 127 (no such command) after its start", text)
+        # With the command as it was run, where it stands, and what the shell says of it.
+        command = f"{pathlib.Path(TRESTLE).resolve().parent}/no_such_device"
+        self.assertRegex(text, f"its command is '{re.escape(command)} .*' \\(start, in {re.escape(str(profile))}\\)")
+        self.assertRegex(text, f"device\\.log: .*{re.escape(command)}: .*not found")
         self.assertIn("was not there for 3 cases in a row", text)
         self.assertIn("3 inconclusive", text)
         # Nor do several: the others do not go on.
