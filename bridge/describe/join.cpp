@@ -360,6 +360,7 @@ class Joining {
       by_name_.try_emplace(full_name(service.scope, service.name), &service);
       if (service.id) {
         by_id_.try_emplace(*service.id, &service);
+        by_version_.try_emplace({*service.id, service.major}, &service);
       }
     }
   }
@@ -369,27 +370,37 @@ class Joining {
     if (const auto named = by_name_.find(instance.service); named != by_name_.end()) {
       fill(instance.service_id, named->second->id);
     } else if (instance.service_id) {
-      if (const auto same = by_id_.find(*instance.service_id); same != by_id_.end()) {
-        instance.service = full_name(same->second->scope, same->second->name);
+      const auto version =
+          instance.major ? by_version_.find({*instance.service_id, *instance.major}) : by_version_.end();
+      const auto any = by_id_.find(*instance.service_id);
+      if (const Service* same = version != by_version_.end() ? version->second
+                                : any != by_id_.end()        ? any->second
+                                                             : nullptr) {
+        instance.service = full_name(same->scope, same->name);
       }
     }
   }
 
-  /// Instances of one service, id and role, by what may tell them apart: machine and address.
+  /// Instances of one service, id and role, by what may tell them apart: machine, address and major version.
+  /// [feat_req_someipcompat_803]
   class Alike {
    public:
-    /// The first that does not contradict `instance`. An empty name and no address may be any.
+    /// The first that does not contradict `instance`. An empty name, no address and no version may be any.
     [[nodiscard]] std::optional<std::size_t> first_like(const Instance& instance) const {
       const bool any_machine = instance.machine.empty();
       const bool any_address = !instance.address;
+      const bool any_major = !instance.major;
       std::optional<std::size_t> first;
       for (const MachineOrAll& machine :
            {any_machine ? MachineOrAll{} : MachineOrAll{instance.machine}, MachineOrAll{""}}) {
         for (const AddressOrAll& address : {any_address ? AddressOrAll{} : AddressOrAll{instance.address},
                                             AddressOrAll{std::optional<IpAddress>{}}}) {
-          const auto found = at_.find({machine, address});
-          if (found != at_.end() && (!first || *found->second.begin() < *first)) {
-            first = *found->second.begin();
+          for (const MajorOrAll& major : {any_major ? MajorOrAll{} : MajorOrAll{instance.major},
+                                          MajorOrAll{std::optional<std::uint8_t>{}}}) {
+            const auto found = at_.find({machine, address, major});
+            if (found != at_.end() && (!first || *found->second.begin() < *first)) {
+              first = *found->second.begin();
+            }
           }
         }
       }
@@ -412,14 +423,20 @@ class Joining {
     }
 
    private:
-    using MachineOrAll = std::optional<std::string>;               ///< nothing: all
-    using AddressOrAll = std::optional<std::optional<IpAddress>>;  ///< nothing: all
-    using Spot = std::pair<MachineOrAll, AddressOrAll>;
+    using MachineOrAll = std::optional<std::string>;                ///< nothing: all
+    using AddressOrAll = std::optional<std::optional<IpAddress>>;   ///< nothing: all
+    using MajorOrAll = std::optional<std::optional<std::uint8_t>>;  ///< nothing: all
+    using Spot = std::tuple<MachineOrAll, AddressOrAll, MajorOrAll>;
 
-    static std::array<Spot, 4> spots_of(const Instance& instance) {
-      const MachineOrAll machine{instance.machine};
-      const AddressOrAll address{instance.address};
-      return {Spot{machine, address}, Spot{machine, {}}, Spot{MachineOrAll{}, address}, Spot{}};
+    static std::array<Spot, 8> spots_of(const Instance& instance) {
+      std::array<Spot, 8> spots;
+      for (std::size_t at = 0; at < spots.size(); ++at) {
+        auto& [machine, address, major] = spots[at];
+        machine = (at & 1U) != 0 ? MachineOrAll{instance.machine} : MachineOrAll{};
+        address = (at & 2U) != 0 ? AddressOrAll{instance.address} : AddressOrAll{};
+        major = (at & 4U) != 0 ? MajorOrAll{instance.major} : MajorOrAll{};
+      }
+      return spots;
     }
 
     std::map<Spot, std::set<std::size_t>> at_{};
@@ -598,6 +615,7 @@ class Joining {
   Model& model_;
   std::map<std::string, const Service*, std::less<>> by_name_{};
   std::map<someip::ServiceId, const Service*> by_id_{};
+  std::map<std::pair<someip::ServiceId, std::uint8_t>, const Service*> by_version_{};
   std::map<std::string, std::string, std::less<>> twin_of_{};  ///< full names
   std::size_t twins_compared_ = 0;
   std::size_t heirs_compared_ = 0;

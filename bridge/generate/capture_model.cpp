@@ -261,7 +261,8 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     }
     if (seen.multicast) {
       for (describe::Instance& instance : model.instances) {
-        if (instance.service_id != seen.service || instance.id != seen.instance) {
+        if (instance.service_id != seen.service || instance.id != seen.instance ||
+            instance.major != seen.major) {
           continue;
         }
         if (std::ranges::find(instance.multicast, seen.eventgroup, &describe::Multicast::eventgroup) ==

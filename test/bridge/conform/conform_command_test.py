@@ -269,10 +269,12 @@ class Conform(unittest.TestCase):
             done = subprocess.run([TRESTLE, "conform", "profile", f"network:{HOST}.2", "--multicast", group, "--for", "1.5",
                                    "--device", f"{HOST}.1", "--tester", f"{HOST}.2", "-o", file], capture_output=True, text=True, timeout=60)
             text = file.read_text() if done.returncode == 0 else done.stderr
-            if "0x0102" in text and "0x0101" in text:
+            if "0x0102" in text and "0x0101" in text and text.count("id: 0x0103") == 2:
                 break
         self.assertIn(f"  device: {HOST}.1\n", text)
         self.assertIn("  - id: 0x0102", text)
+        # Both versions of one service.
+        self.assertEqual(re.findall(r"- id: 0x0103.*\n    instance: 1\n    major: (\d)\n", text), ["1", "2"])
         self.assertIn(f"  multicast: {group}\n", text)
         self.assertIn("1 pass", conform("run", "sd.offer.service", "--dut", file, "--out", self.folder))
 

@@ -317,6 +317,43 @@ TEST(Join, KeepsInstancesOfOneMachineAtTwoAddresses) {
   EXPECT_EQ(model.instances[1].machine, "gateway");
 }
 
+TEST(Join, KeepsTheMajorVersionsOfAnInstanceApart) {
+  Model model = named();
+  model.instances[0].major = 1;
+  Instance second = model.instances[0];
+  second.major = 2;
+  Instance again = second;  // of which another file tells more
+  again.udp_port = 30502;
+  Instance unknown = model.instances[0];  // whose version another file does not tell
+  unknown.major.reset();
+  unknown.tcp_port = 30501;
+  model.instances.push_back(second);
+  model.instances.push_back(again);
+  model.instances.push_back(unknown);
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.instances, SizeIs(2));
+  EXPECT_EQ(model.instances[0].major, 1);
+  EXPECT_EQ(model.instances[0].tcp_port, 30501);
+  EXPECT_EQ(model.instances[0].udp_port, std::nullopt);
+  EXPECT_EQ(model.instances[1].major, 2);
+  EXPECT_EQ(model.instances[1].udp_port, 30502);
+}
+
+TEST(Join, NamesAnInstanceAfterTheServiceOfItsMajorVersion) {
+  Model model = named();
+  Service next = model.services[0];
+  next.name = "Door2";
+  next.major = 2;
+  model.services.push_back(next);
+  Model seen = unnamed();
+  seen.instances[0].id = someip::InstanceId{7};
+  seen.instances[0].major = 2;
+  append(model, seen);
+  EXPECT_THAT(join(model), IsEmpty());
+  ASSERT_THAT(model.instances, SizeIs(2));
+  EXPECT_EQ(model.instances[1].service, full_name(next.scope, "Door2"));
+}
+
 TEST(Join, TakesAnInstanceWithoutAddressForTheFirst) {
   Model model = named();
   model.instances[0].machine = "gateway";
