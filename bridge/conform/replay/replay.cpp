@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "someip/net/address_text.hpp"
@@ -16,9 +17,25 @@ const char* verb(std::uint64_t count) {
   return count == 1 ? "is" : "are";
 }
 
+/// ", packets 13, 27 and 49", of one capture. The first ones, where there are many.
+std::string packets_of(const std::vector<Difference>& differences, std::uint64_t count) {
+  constexpr std::size_t most = 8;
+  std::vector<std::uint64_t> packets;
+  for (const Difference& one : differences) {
+    if (packets.empty() || packets.back() != one.packet) {
+      packets.push_back(one.packet);
+    }
+  }
+  const bool all = packets.size() <= most && count == differences.size();
+  packets.resize(std::min(packets.size(), most));
+  return fmt::format(", packet{} {}{}", packets.size() == 1 && all ? "" : "s", fmt::join(packets, ", "),
+                     all ? "" : ", ...");
+}
+
 }  // namespace
 
 void Replay::begin(std::string name, std::function<void(Transport, const Endpoint&)> learn, bool twice) {
+  ++captures_;
   copies_.reset();
   if (twice) {
     copies_.emplace();
@@ -33,6 +50,10 @@ void Replay::begin(std::string name, std::function<void(Transport, const Endpoin
   connections_.clear();
   offers_.clear();
   places_.clear();
+  served_.clear();
+  served_endpoints_ = 0;
+  is_event_.clear();
+  event_sessions_.clear();
   segments_.clear();
   sessions_.clear();
   subscriptions_.clear();
@@ -60,6 +81,9 @@ bool Replay::message(const traffic::Place& place, std::size_t /*offset*/, const 
   } else {
     remember(at);
     judge_connection(at);
+    judge_meaning(at);
+    judge_version(at);
+    judge_source(at);
     if (someip::is_tp(message.header.type)) {
       judge_tp(at);
     } else {
@@ -143,8 +167,9 @@ std::vector<CaseResult> Replay::results(const std::string& evidence) const {
     } else if (tally.broken > 0) {
       const Difference& first = tally.differences.front();
       result.outcome.verdict = result.what->level == Level::must ? Verdict::fail : Verdict::pass_nonstrict;
-      result.outcome.reason = fmt::format("{} is {}, expected {}; {} of {} {} so", first.field, first.actual,
-                                          first.expected, tally.broken, tally.judged, verb(tally.broken));
+      result.outcome.reason = fmt::format(
+          "{} is {}, expected {}; {} of {} {} so{}", first.field, first.actual, first.expected, tally.broken,
+          tally.judged, verb(tally.broken), captures_ > 1 ? "" : packets_of(tally.differences, tally.broken));
       result.outcome.differences = tally.differences;
     } else {
       result.outcome.reason = fmt::format("{} judged", tally.judged);

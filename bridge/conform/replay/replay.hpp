@@ -74,6 +74,10 @@ class Replay : public traffic::MessageSink {
   void judge_connection(const At& at);
   void judge_session_of_call(const At& at);
   void judge_event(const At& at);
+  void judge_meaning(const At& at);
+  void judge_session_of_event(const At& at);
+  void judge_version(const At& at);
+  void judge_source(const At& at);
   void remember(const At& at);
   void judge_rpc(const At& at);
   void judge_tp(const At& at);
@@ -87,6 +91,8 @@ class Replay : public traffic::MessageSink {
   void judge_ids(const At& at, const sd::Entry& entry);
   void judge_offer(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_places(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
+  void judge_transports(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
+  void note_served(std::uint16_t service, std::uint8_t major, Transport transport, const Endpoint& endpoint);
   void judge_subscription(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_pairs(const At& at, const sd::SdMessage& message);
 
@@ -103,6 +109,17 @@ class Replay : public traffic::MessageSink {
     std::uint16_t current = 0;  ///< the client's port
     std::set<std::uint16_t> earlier{};
   };
+  /// What the offers of a service name at a host, in the whole of the capture.
+  struct Served {
+    std::set<std::uint8_t> majors{};
+    std::set<std::pair<Transport, Endpoint>> endpoints{};
+  };
+  using ServedKey = std::pair<IpAddress, std::uint16_t>;
+  /// A Session ID that came so often in a row.
+  struct Run {
+    std::uint16_t session = 0;
+    unsigned times = 0;
+  };
   struct Segments {
     std::uint64_t next = 0;  ///< offset of the next segment
     std::size_t size = 0;    ///< of the first one
@@ -118,6 +135,8 @@ class Replay : public traffic::MessageSink {
     std::uint32_t minor = 0;
     Options options{};
     std::uint64_t times = 0;
+    bool udp = false;
+    bool tcp = false;
   };
   /// Server, service, instance and major version.
   using OfferKey = std::tuple<IpAddress, std::uint16_t, std::uint16_t, std::uint8_t>;
@@ -141,6 +160,7 @@ class Replay : public traffic::MessageSink {
   std::function<void(Transport, const Endpoint&)> learn_;
   std::optional<Copies> copies_;  ///< of a capture that holds most packets twice
   std::uint64_t messages_ = 0;
+  std::size_t captures_ = 0;
   std::optional<pcaps::Timestamp> first_;
   pcaps::Timestamp last_{};
   std::array<Tally, static_cast<std::size_t>(Rule::count)> tallies_{};
@@ -153,6 +173,10 @@ class Replay : public traffic::MessageSink {
   std::map<std::pair<IpAddress, Endpoint>, Connections> connections_;
   std::map<OfferKey, Offered> offers_;
   std::map<PlaceKey, std::uint16_t> places_;  ///< the instance that is offered there
+  std::map<ServedKey, Served> served_;
+  std::size_t served_endpoints_ = 0;
+  std::map<std::uint32_t, bool> is_event_;  ///< by Message ID
+  std::map<CallerKey, Run> event_sessions_;
   std::map<SegmentsKey, Segments> segments_;
   std::map<std::pair<Endpoint, Endpoint>, Sessions> sessions_;
   std::map<SubscriptionKey, Subscription> subscriptions_;

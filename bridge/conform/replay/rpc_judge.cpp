@@ -86,6 +86,7 @@ void Replay::judge_rpc(const At& at) {
   if (header.type == MessageType::notification) {
     check(Rule::ids_event, at, method >= 0x8000, "Event ID", "0x8000 or more", number(method));
     judge_event(at);
+    judge_session_of_event(at);
     return;
   }
   if (!is_defined(header.type)) {
@@ -95,8 +96,9 @@ void Replay::judge_rpc(const At& at) {
   if (header.type == MessageType::request) {
     check(Rule::rpc_session, at, value(header.session) != 0, "Session ID", "not 0", "0");
     judge_session_of_call(at);
-  } else if (header.type != MessageType::request_no_return && requests_.size() < most_requests &&
-             talked_.contains({to, from})) {
+  } else if (header.type == MessageType::request_no_return) {
+    judge_session_of_event(at);
+  } else if (requests_.size() < most_requests && talked_.contains({to, from})) {
     // Only where the other direction was seen before: a capture may begin with a response, or have one
     // direction only.
     const auto request = requests_.find({to, from, message_id(header), request_id(header)});
@@ -130,6 +132,24 @@ void Replay::judge_session_of_call(const At& at) {
           "another one than in the call before", number(session));
     last->second = session;
   }
+}
+
+void Replay::judge_session_of_event(const At& at) {
+  const someip::Header& header = at.message.header;
+  const std::uint16_t session = value(header.session);
+  if (event_sessions_.size() >= most_requests) {
+    return;
+  }
+  const auto [last, is_new] = event_sessions_.try_emplace(
+      {at.place.flow.from, at.place.flow.to, message_id(header), value(header.client)}, Run{session, 1});
+  if (is_new) {
+    return;
+  }
+  Run& run = last->second;
+  run = {session, run.session == session ? run.times + 1 : 1};
+  // Twice may be a restart, or one event for two subscriptions at one endpoint.
+  check(Rule::rpc_event_session, at, session == 0 || run.times < 3, "Session ID",
+        "0, or another one than before", fmt::format("{:#06x}, {} times in a row", session, run.times));
 }
 
 }  // namespace trestle::conform

@@ -5,6 +5,7 @@
 //   rpc_judge.cpp, sd_judge.cpp, tp_judge.cpp  requests and events; service discovery; segments
 //   stream_judge.cpp, option_judge.cpp, subscription_judge.cpp  Magic Cookies and connections; options;
 //               offers and subscriptions over time
+//   service_judge.cpp  messages of services that the capture shows offers of
 //
 // As the tester, it is written from the catalogue on top of the codecs alone.
 #pragma once
@@ -24,11 +25,15 @@ enum class Rule : std::uint8_t {
   ids_method,
   ids_event,
   ids_reserved,
+  ids_one_meaning,
   rpc_session,
   rpc_session_counts,
+  rpc_event_session,
   rpc_response_asked,
   rpc_response_once,
   rpc_response_version,
+  rpc_interface_version,
+  rpc_event_source,
   udp_size,
   tcp_cookie,
   tcp_cookie_interval,
@@ -42,6 +47,7 @@ enum class Rule : std::uint8_t {
   sd_reserved,
   sd_initial_data_flag,
   sd_arrays,
+  sd_entries,
   sd_entry_type,
   sd_entry_reserved,
   sd_instance_id,
@@ -52,6 +58,7 @@ enum class Rule : std::uint8_t {
   sd_option_reserved,
   sd_option_repeated,
   sd_option_protocol,
+  sd_endpoint_port,
   sd_multicast_address,
   sd_configuration,
   sd_load_balancing,
@@ -66,6 +73,7 @@ enum class Rule : std::uint8_t {
   sd_instance_endpoints,
   sd_subscribe_endpoint,
   sd_subscribe_address,
+  sd_subscribe_transport,
   sd_stop_subscribe,
   sd_stop_then_subscribe,
   sd_subscribe_answered,

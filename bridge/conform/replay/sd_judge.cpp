@@ -73,6 +73,7 @@ void Replay::judge_sd(const At& at) {
     return;
   }
   judge_sd_session(at, *message);
+  check(Rule::sd_entries, at, message->entry_count() > 0, "entries", "1 or more", "none");
   check(Rule::sd_unicast_flag, at, message->unicast(), "Unicast flag", "1", "0");
   constexpr unsigned known = sd::reboot_flag | sd::unicast_flag | sd::explicit_initial_data_flag;
   check(Rule::sd_reserved, at, (message->flags() & ~known) == 0 && message->reserved() == 0, "reserved bits",
@@ -138,8 +139,12 @@ void Replay::judge_options(const At& at, const sd::SdMessage& message) {
               "endpoint of a multicast option", "a multicast group, and a port",
               someip::to_string(endpoint->endpoint));
       }
-      if (endpoint->role == sd::EndpointRole::unicast && endpoint->endpoint.port != 0) {
-        learn_(endpoint->transport, endpoint->endpoint);
+      if (endpoint->role == sd::EndpointRole::unicast) {
+        check(Rule::sd_endpoint_port, at, endpoint->endpoint.port != 0, "port of an endpoint option", "not 0",
+              "0");
+        if (endpoint->endpoint.port != 0) {
+          learn_(endpoint->transport, endpoint->endpoint);
+        }
       }
     } else if (endpoint.error() == WireError::bad_option_length) {
       check(Rule::sd_option_layout, at, false,
@@ -205,6 +210,7 @@ void Replay::judge_entry(const At& at, const sd::SdMessage& message, const sd::E
   if (kind == EntryKind::subscribe_eventgroup && options.unicast() > 0) {
     check(Rule::sd_subscribe_address, at, options.addresses == std::set{at.place.flow.from.address},
           "address of the subscription", "that of its sender", text);
+    judge_transports(at, message, entry);
   }
   if (is_subscribe || entry.type == EntryType::subscribe_eventgroup_ack) {
     judge_subscription(at, message, entry);

@@ -21,6 +21,15 @@ bool is_same_subscription(const sd::Entry& a, const sd::Entry& b) {
          a.eventgroup() == b.eventgroup() && a.counter() == b.counter();
 }
 
+/// Nothing: the option at this position is none, or it is not there.
+std::optional<sd::EndpointOption> unicast_endpoint(const sd::SdMessage& message, const sd::Entry& entry,
+                                                   std::size_t position) {
+  const auto option = message.option_of(entry, position);
+  const auto endpoint =
+      option ? sd::EndpointOption::decode(*option) : tl::unexpected{someip::WireError::bad_value};
+  return endpoint && endpoint->role == sd::EndpointRole::unicast ? std::optional{*endpoint} : std::nullopt;
+}
+
 }  // namespace
 
 Replay::Options Replay::options_of(const sd::SdMessage& message, const sd::Entry& entry) {
@@ -41,7 +50,14 @@ void Replay::judge_offer(const At& at, const sd::SdMessage& message, const sd::E
   if (entry.kind() == EntryKind::offer_service) {
     if (offers_.size() < most_relations) {
       Offered& known = offers_[key];
-      known = {.minor = entry.minor(), .options = options, .times = known.times + 1};
+      known.minor = entry.minor();
+      known.options = options;
+      ++known.times;
+      for (std::size_t position = 0; position < entry.option_count(); ++position) {
+        const auto endpoint = unicast_endpoint(message, entry, position);
+        known.udp = known.udp || (endpoint && endpoint->transport == Transport::udp);
+        known.tcp = known.tcp || (endpoint && endpoint->transport == Transport::tcp);
+      }
     }
     judge_places(at, message, entry);
   } else if (const auto known = offers_.find(key); known != offers_.end()) {
@@ -58,14 +74,11 @@ void Replay::judge_offer(const At& at, const sd::SdMessage& message, const sd::E
 
 void Replay::judge_places(const At& at, const sd::SdMessage& message, const sd::Entry& entry) {
   for (std::size_t position = 0; position < entry.option_count(); ++position) {
-    const auto option = message.option_of(entry, position);
-    if (!option || places_.size() >= most_relations) {
+    const auto endpoint = unicast_endpoint(message, entry, position);
+    if (!endpoint || places_.size() >= most_relations) {
       continue;
     }
-    const auto endpoint = sd::EndpointOption::decode(*option);
-    if (!endpoint || endpoint->role != sd::EndpointRole::unicast) {
-      continue;
-    }
+    note_served(value(entry.service), entry.major, endpoint->transport, endpoint->endpoint);
     const auto place = places_
                            .try_emplace({at.place.flow.from.address, value(entry.service), entry.major,
                                          endpoint->transport, endpoint->endpoint},
@@ -74,6 +87,30 @@ void Replay::judge_places(const At& at, const sd::SdMessage& message, const sd::
     check(Rule::sd_instance_endpoints, at, place->second == value(entry.instance),
           "instance at " + someip::to_string(endpoint->endpoint), fmt::format("{:#06x}", place->second),
           fmt::format("{:#06x}, too", value(entry.instance)));
+  }
+}
+
+void Replay::judge_transports(const At& at, const sd::SdMessage& message, const sd::Entry& entry) {
+  const auto offered =
+      offers_.find({at.place.flow.to.address, value(entry.service), value(entry.instance), entry.major});
+  if (offered == offers_.end()) {
+    return;
+  }
+  const auto& [udp, tcp] = std::pair{offered->second.udp, offered->second.tcp};
+  if (!udp && !tcp) {
+    return;  // which is another rule
+  }
+  for (std::size_t position = 0; position < entry.option_count(); ++position) {
+    if (const auto endpoint = unicast_endpoint(message, entry, position)) {
+      const bool over_tcp = endpoint->transport == Transport::tcp;
+      if (over_tcp || endpoint->transport == Transport::udp) {
+        check(Rule::sd_subscribe_transport, at, over_tcp ? tcp : udp, "protocol of the subscription",
+              udp && tcp ? "UDP or TCP"
+              : udp      ? "UDP, over which the service is offered"
+                         : "TCP, over which the service is offered",
+              over_tcp ? "TCP" : "UDP");
+      }
+    }
   }
 }
 

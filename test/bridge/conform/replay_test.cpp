@@ -528,17 +528,111 @@ TEST(Replay, FollowsSubscriptionsToTheirEnd) {
   EXPECT_THAT(ended_by(pair), ElementsAre("sd.stop-then-subscribe"));
 }
 
+TEST(Replay, FindsSubscriptionsThatCannotWork) {
+  SdStimulus wrong = subscribe();
+  wrong.options = {endpoint_option({client.address, 0}, Transport::udp)};
+  EXPECT_THAT(Capture{}.add(sd(wrong), client_sd, server_sd).broken(), ElementsAre("sd.endpoint-port"));
+  // Over TCP, where the service is offered over UDP alone; nobody knows where no offer is in the capture.
+  wrong.options = {endpoint_option(client, Transport::tcp)};
+  EXPECT_THAT(Capture{}.add(sd(wrong), client_sd, server_sd).broken(), IsEmpty());
+  EXPECT_THAT(Capture{}.add(sd(offer()), server_sd, group).add(sd(wrong), client_sd, server_sd).broken(),
+              ElementsAre("sd.subscribe-transport"));
+  SdStimulus both = offer();
+  both.options.push_back(endpoint_option(server, Transport::tcp));
+  both.entries[0].first_run.count = 2;
+  EXPECT_THAT(Capture{}.add(sd(both), server_sd, group).add(sd(wrong), client_sd, server_sd).broken(),
+              IsEmpty());
+  const SdStimulus none{.flags = trestle::sd::unicast_flag};
+  EXPECT_THAT(broken_by(none), ElementsAre("sd.entries"));
+}
+
+Call event() {
+  Call call = request();
+  call.method = someip::MethodId{0x8001};
+  call.type = someip::MessageType::notification;
+  return call;
+}
+
+TEST(Replay, ComparesMessagesWithTheOffersOfTheirService) {
+  const auto after_offer = [](const Call& call, const Endpoint& from, const Endpoint& to) {
+    return Capture{}.add(sd(offer()), server_sd, group).add(call.encode(), from, to).broken();
+  };
+  for (const auto type : {someip::MessageType::request, someip::MessageType::request_no_return}) {
+    Call call = request();
+    call.type = type;
+    EXPECT_THAT(after_offer(call, client, server), IsEmpty());
+    call.interface_version = 2;
+    EXPECT_THAT(after_offer(call, client, server), ElementsAre("rpc.interface-version"));
+    EXPECT_THAT(after_offer(call, client, {server.address, 1}), IsEmpty());  // nothing is offered there
+    EXPECT_THAT(broken_by(call), IsEmpty());
+  }
+  EXPECT_THAT(after_offer(event(), server, client), IsEmpty());
+  Call wrong = event();
+  wrong.interface_version = 2;
+  EXPECT_THAT(after_offer(wrong, server, client), ElementsAre("rpc.interface-version"));
+  EXPECT_THAT(after_offer(event(), {server.address, 1}, client), ElementsAre("rpc.event-source"));
+  // A client that sends an event to a server; of one that sends it to somebody else, the offer may have come
+  // before the capture began.
+  EXPECT_THAT(after_offer(event(), client, server), ElementsAre("rpc.event-source"));
+  EXPECT_THAT(after_offer(event(), client, {IpAddress::v4(192, 0, 2, 3), 1}), IsEmpty());
+}
+
+TEST(Replay, FindsAnIdThatIsAMethodAndAnEvent) {
+  Call call = request();
+  call.type = someip::MessageType::notification;
+  EXPECT_THAT(Capture{}.add(request().encode(), client, server).add(call.encode(), server, client).broken(),
+              ElementsAre("ids.event", "ids.one-meaning"));
+}
+
+TEST(Replay, FindsSessionIdsOfEventsThatNeitherCountNorAre0) {
+  const auto events = [](std::initializer_list<std::uint16_t> sessions) {
+    Capture capture;
+    for (const std::uint16_t session : sessions) {
+      Bytes bytes = event().encode();
+      someip::store<std::uint16_t>(bytes.data() + 10, session);
+      capture.add(bytes, server, client);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(events({0, 0, 0, 0}), IsEmpty());
+  EXPECT_THAT(events({7, 8, 9, 1}), IsEmpty());
+  EXPECT_THAT(events({7, 7, 8, 8}), IsEmpty());  // for two subscriptions
+  EXPECT_THAT(events({7, 7, 7}), ElementsAre("rpc.event-session"));
+}
+
+TEST(Replay, NamesThePacketsOfOneCapture) {
+  Replay replay;
+  const auto reason = [&] {
+    return replay.results("")[static_cast<std::size_t>(Rule::header_protocol)].outcome.reason;
+  };
+  const auto add = [&](std::uint64_t frame, std::uint8_t protocol) {
+    Call call = request();
+    call.protocol = protocol;
+    replay.datagram({.frame = frame, .flow = {client, server}, .transport = Transport::udp}, call.encode());
+  };
+  replay.begin("", [](Transport, const Endpoint&) {});
+  add(3, 2);
+  EXPECT_EQ(reason(), "Protocol Version is 2, expected 1; 1 of 1 is so, packet 3");
+  add(4, 1);
+  add(7, 5);
+  EXPECT_EQ(reason(), "Protocol Version is 2, expected 1; 2 of 3 are so, packets 3, 7");
+  for (std::uint64_t frame = 10; frame < 20; ++frame) {
+    add(frame, 2);
+  }
+  EXPECT_EQ(reason(),
+            "Protocol Version is 2, expected 1; 12 of 13 are so, packets 3, 7, 10, 11, 12, 13, 14, 15, ...");
+  replay.begin("b", [](Transport, const Endpoint&) {});
+  EXPECT_EQ(reason(), "Protocol Version is 2, expected 1; 12 of 13 are so");
+}
+
 TEST(Replay, MissesTheAcknowledgementBeforeEventsOfANewSubscription) {
-  Call event = request();
-  event.method = someip::MethodId{0x8001};
-  event.type = someip::MessageType::notification;
   const auto early = [&](int offers) {
     Capture capture;
     for (int count = 1; count <= offers; ++count) {
       capture.add(sd(offer(), static_cast<std::uint16_t>(count)), server_sd, group);
     }
     return capture.add(sd(subscribe()), client_sd, server_sd)
-        .add(event.encode(), server, client)
+        .add(event().encode(), server, client)
         .add(sd(ack()), server_sd, client_sd)
         .broken();
   };
