@@ -50,23 +50,33 @@ struct Reason {
   std::string why;
 };
 
-std::span<const Reason> why_no_rule() {
-  static const std::vector<Reason> rows =
-      read_table<Reason>(no_rule_csv(), 2, [](std::vector<std::string>& fields) {
-        return Reason{fields[0], fields[1]};
-      });
-  return rows;
+std::vector<Reason> read_reasons(std::string_view text) {
+  return read_table<Reason>(text, 2, [](std::vector<std::string>& fields) {
+    return Reason{fields[0], fields[1]};
+  });
+}
+
+std::string reason_of(std::span<const Reason> reasons, std::string_view id) {
+  const Reason* why = find(reasons, id);
+  return why == nullptr ? std::string{} : why->why;
 }
 
 }  // namespace
 
 std::span<const RequirementRow> requirements() {
-  static const std::vector<RequirementRow> rows =
-      read_table<RequirementRow>(requirements_csv(), 5, [](std::vector<std::string>& fields) {
-        const Reason* why = find(why_no_rule(), fields[0]);
-        return RequirementRow{fields[0], fields[1], fields[2],
-                              fields[3], fields[4], why == nullptr ? "" : why->why};
-      });
+  static const std::vector<RequirementRow> rows = [] {
+    const std::vector<Reason> no_rule = read_reasons(no_rule_csv());
+    const std::vector<Reason> no_case = read_reasons(no_case_csv());
+    return read_table<RequirementRow>(requirements_csv(), 5, [&](std::vector<std::string>& fields) {
+      return RequirementRow{fields[0],
+                            fields[1],
+                            fields[2],
+                            fields[3],
+                            fields[4],
+                            reason_of(no_rule, fields[0]),
+                            reason_of(no_case, fields[0])};
+    });
+  }();
   return rows;
 }
 

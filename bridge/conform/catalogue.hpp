@@ -47,6 +47,9 @@ struct RequirementRow {
   /// Of one that is testable by "pcap": why no rule of bridge/conform/replay is about it; empty: there is
   /// one.
   std::string why_no_rule{};
+  /// Of one that is testable by "yes": why neither a case of bridge/conform/cases nor a rule is about it;
+  /// empty: one is.
+  std::string why_no_case{};
 };
 [[nodiscard]] std::span<const RequirementRow> requirements();
 /// Null: there is none of this id.
@@ -67,6 +70,7 @@ struct Tc8Row {
 /// The tables as they stand in the files.
 [[nodiscard]] std::string_view requirements_csv();
 [[nodiscard]] std::string_view no_rule_csv();
+[[nodiscard]] std::string_view no_case_csv();
 [[nodiscard]] std::string_view tc8_csv();
 
 }  // namespace trestle::conform

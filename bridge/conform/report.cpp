@@ -131,7 +131,13 @@ std::string explanation(const RequirementRow& row, const std::vector<Case>& rule
       all += fmt::format("    rule of replay: {}, {}\n", rule.id, rule.title);
     }
   }
-  return all + (row.why_no_rule.empty() ? "" : fmt::format("    no rule of replay: {}\n", row.why_no_rule));
+  all += row.why_no_rule.empty() ? "" : fmt::format("    no rule of replay: {}\n", row.why_no_rule);
+  return all + (why_no_case(row).empty() ? "" : fmt::format("    no case: {}\n", why_no_case(row)));
+}
+
+std::string why_no_case(const RequirementRow& row) {
+  return row.testable == "no" ? "it explains, or tells people what to do: there is nothing to test"
+                              : row.why_no_case;
 }
 
 std::string case_text(const CaseResult& result, const RunInfo& info, const cli::Colours& colours) {

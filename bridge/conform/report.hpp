@@ -30,9 +30,11 @@ struct RunInfo {
 [[nodiscard]] std::string explanation(const Case& one);
 /// The same of a TC8 case that no case of ours is about, with the reason why.
 [[nodiscard]] std::string explanation(const Tc8Row& row);
-/// The same of a requirement that a capture shows.
+/// The same of a requirement: the rules about it, and why there is no case or no rule.
 /// @param rules  those of `trestle conform replay`.
 [[nodiscard]] std::string explanation(const RequirementRow& row, const std::vector<Case>& rules);
+/// Why no case is about a requirement; empty: there is one, or a capture is enough to judge it.
+[[nodiscard]] std::string why_no_case(const RequirementRow& row);
 /// The last lines: how many of each verdict.
 [[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
 

@@ -205,7 +205,7 @@ std::vector<Fault> message_faults() {
 
       {"events-for-all",
        "event.not-subscribed,sd.subscription.stop-ends-events,sd.subscription.ttl-expires,sd.reboot.ends-"
-       "subscriptions",
+       "subscriptions,ets.suspend.ends-subscriptions",
        "whoever asks for an event gets it",
        {},
        [](Incoming& in) {

@@ -148,7 +148,7 @@ std::vector<Fault> sd_faults() {
                    (in.bytes[flags_at] & 0x40U) == 0;
        }},
       {"find-with-options-ignored",
-       "sd.find.unreferenced-options",
+       "sd.find.unreferenced-options,sd.find.referenced-options",
        "Finds in messages with options are not answered",
        {},
        [](Incoming& in) {
@@ -384,13 +384,23 @@ std::vector<Fault> sd_faults() {
          stopped = stopped || u24(in.bytes, entries_at + 9) == 0;
        })},
       {"configuration-unknown",
-       "sd.subscribe.option.redundant,sd.subscribe.option.unreferenced",
+       "sd.subscribe.option.redundant,sd.subscribe.option.unreferenced,sd.subscribe.option.two-"
+       "configurations",
        "Subscribes with a configuration option are ignored",
        {},
        subscribe_message([](Incoming& in) {
          for (std::size_t at = options_at(in.bytes); at + 3 <= in.bytes.size(); at += 3 + u16(in.bytes, at)) {
            in.lost = in.lost || in.bytes[at + 2] == 1;
          }
+       })},
+      {"configuration-once",
+       "sd.subscribe.option.two-configurations",
+       "Subscribes with two configuration options are ignored",
+       {},
+       subscribe_message([](Incoming& in) {
+         std::size_t configurations = 0;
+         each_option(in.bytes, [&](Span o) { configurations += type_of(o) == 1 ? 1U : 0U; });
+         in.lost = configurations > 1;
        })},
       {"any-entry-type",
        "sd.subscribe.malformed.unknown-entry-type",
@@ -548,7 +558,9 @@ std::vector<Fault> sd_faults() {
          }
        }},
       {"client-never-asks",
-       "client.subscribe.initial-data,client.subscribe.after-ttl,client.subscribe.after-reboot",
+       "client.subscribe.initial-data,client.subscribe.after-ttl,client.subscribe.after-reboot,client."
+       "subscribe."
+       "after-no-answer",
        "initial values are never asked for",
        entry(is_subscribe, [](Span e) { e[13] = static_cast<std::uint8_t>(e[13] & 0x7fU); })},
       {"client-always-asks", "client.subscribe.initial-data", "each Subscribe asks for initial values",
@@ -579,6 +591,13 @@ std::vector<Fault> sd_faults() {
              (u16(in.bytes, entries_at + 4) < 0x0101 || u16(in.bytes, entries_at + 4) > 0x0103)) {
            offered_by_others = true;
          }
+       }},
+      {"client-needs-minor",
+       "client.subscribe.any-minor",
+       "offers of a minor version beyond 255 are ignored",
+       {},
+       [](Incoming& in) {
+         in.lost = any_entry(in.bytes, is_offer) && u32(in.bytes, entries_at + 12) > 0xff;
        }},
       {"client-stop-lost", "client.stop,client.ets.stops", "subscriptions end without a word",
        lose(is_stop_subscribe)},

@@ -258,10 +258,30 @@ void add_client_cases(Cases& cases) {
 
       {.id = "client.subscribe.comes",
        .title = "subscribes to the service that it uses when that is offered",
-       .requirements = {"feat_req_someipsd_431", "feat_req_someipsd_321", "feat_req_someipsd_430"},
+       .requirements = {"feat_req_someipsd_431", "feat_req_someipsd_321", "feat_req_someipsd_430",
+                        "feat_req_someipsd_428"},
        .needs = client,
        .role = Role::client,
        .run = subscription([](Trial&, const SeenEntry&, const UsedService&) {})},
+      {.id = "client.subscribe.any-minor",
+       .title = "subscribes whatever minor version is offered",
+       .requirements = {"feat_req_someipcompat_1216"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, false)};
+             SdStimulus offer = ours.offer_message();
+             offer.entries.front().tail = 0x0102'0304;
+             const std::size_t since = t.now();
+             for (int count = 0; count < 3; ++count) {
+               t.offer_ours(offer);
+               if (ours.subscribe_since(since, t.profile.timing.answer_within)) {
+                 return;
+               }
+             }
+             t.fail("no SubscribeEventgroup in answer to an offer of another minor version");
+           }},
       {.id = "client.subscribe.unicast",
        .title = "subscribes by unicast",
        .requirements = {"feat_req_someipsd_818"},
@@ -380,6 +400,27 @@ void add_client_cases(Cases& cases) {
              t.pass();
              ours.subscribed();
            }},
+      {.id = "client.subscribe.after-no-answer",
+       .title = "asks for initial values again when its first subscription was not answered",
+       .requirements = {"feat_req_someipsd_844", "feat_req_someipsd_1193"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             OurService ours{t, used_service(t, false)};
+             ours.subscribed();
+             t.pass();
+             const std::size_t since = t.now();
+             const SeenEntry again = ours.subscribed();
+             // Where explicit initial data is not known, the end of the subscription in the same message
+             // does.
+             const auto ended = t.entries_since(since, [&](const SeenEntry& seen) {
+               return seen.packet == again.packet &&
+                      seen.entry.kind() == sd::EntryKind::stop_subscribe_eventgroup;
+             });
+             t.require(asks_for_values(again) || !ended.empty(), "wish for initial data",
+                       "yes, or StopSubscribe before the Subscribe", "no", again.packet);
+           }},
       {.id = "client.subscribe.after-stop-offer",
        .title = "subscribes anew, and looks no more, when a service comes back that was withdrawn",
        .requirements = {"feat_req_someipsd_831", "feat_req_someipsd_834", "feat_req_someipsd_1193"},
@@ -423,7 +464,8 @@ void add_client_cases(Cases& cases) {
            }},
       {.id = "client.subscribe.after-reboot",
        .title = "subscribes anew when the server was restarted",
-       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764", "feat_req_someipsd_1193"},
+       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764", "feat_req_someipsd_1193",
+                        "feat_req_someipsd_863"},
        .needs = client,
        .role = Role::client,
        .run =

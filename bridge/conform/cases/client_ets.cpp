@@ -103,6 +103,12 @@ PortId connection(Trial& t, OurService& ours, std::size_t count) {
   return t.tester.accepted(ours.listening()).back();
 }
 
+void expect_closed(Trial& t, PortId connection) {
+  if (!t.tester.receive(2 * t.profile.timing.answer_within, [&] { return t.tester.is_closed(connection); })) {
+    t.different("connection", "closed by the device", "open", nullptr);
+  }
+}
+
 void no_find(Trial& t, const OurService& ours, std::size_t since, const char* why) {
   for (const SeenEntry& seen : t.entries_since(since, ours.is_find())) {
     t.different("FindService", std::string{"none, "} + why, "one", seen.packet);
@@ -133,7 +139,7 @@ void add_ets_client_cases(Cases& cases) {
            }},
       {.id = "client.ets.finds",
        .title = "looks for the service when it is told to, and offers its own as before",
-       .requirements = {"feat_req_someipsd_238", "feat_req_someipsd_68"},
+       .requirements = {"feat_req_someipsd_238", "feat_req_someipsd_68", "feat_req_someipsd_18"},
        .tc8 = {"SOMEIP_ETS_099"},
        .needs = client,
        .role = Role::client,
@@ -188,7 +194,8 @@ void add_ets_client_cases(Cases& cases) {
        .run = told(client_subscribe, [](Trial&, OurService& ours) { ours.answer(ours.subscribed()); })},
       {.id = "client.ets.stops",
        .title = "ends its subscription when it is told to",
-       .requirements = {"feat_req_someipsd_332", "feat_req_someipsd_433", "feat_req_someipsd_822"},
+       .requirements = {"feat_req_someipsd_332", "feat_req_someipsd_433", "feat_req_someipsd_822",
+                        "feat_req_someipsd_18"},
        .tc8 = {"SOMEIP_ETS_084"},
        .needs = client,
        .role = Role::client,
@@ -227,7 +234,8 @@ void add_ets_client_cases(Cases& cases) {
                    })},
       {.id = "client.ets.event.multicast",
        .title = "receives events over multicast",
-       .requirements = {"feat_req_someip_811", "feat_req_someipsd_749"},
+       .requirements = {"feat_req_someip_811", "feat_req_someipsd_749", "feat_req_someip_814",
+                        "feat_req_someipsd_791"},
        .tc8 = {"SOMEIP_ETS_104"},
        .needs = client | Need::multicast_events,
        .role = Role::client,
@@ -248,7 +256,8 @@ void add_ets_client_cases(Cases& cases) {
                    })},
       {.id = "client.ets.event.tcp",
        .title = "connects before it subscribes to events over TCP, and receives them",
-       .requirements = {"feat_req_someipsd_767"},
+       .requirements = {"feat_req_someipsd_767", "feat_req_someip_660", "feat_req_someip_646",
+                        "feat_req_someipsd_762"},
        .tc8 = {"SOMEIP_ETS_103"},
        .needs = client,
        .role = Role::client,
@@ -269,7 +278,7 @@ void add_ets_client_cases(Cases& cases) {
            Over::tcp)},
       {.id = "client.ets.tcp-again",
        .title = "connects with a later offer when the first connection was not taken",
-       .requirements = {"feat_req_someipsd_767", "feat_req_someipsd_431"},
+       .requirements = {"feat_req_someipsd_767", "feat_req_someipsd_431", "feat_req_someip_647"},
        .tc8 = {"SOMEIP_ETS_097"},
        .needs = client,
        .role = Role::client,
@@ -290,9 +299,41 @@ void add_ets_client_cases(Cases& cases) {
              ours.subscribed(used.tcp->id);
              connection(t, ours, 1);
            }},
+      {.id = "client.ets.tcp-closed.when-told",
+       .title = "closes its connection when it is told to use the service no more",
+       .requirements = {"feat_req_someip_678"},
+       .needs = client,
+       .role = Role::client,
+       .run =
+           [](Trial& t) {
+             need_tcp(t);
+             OurService ours{t, used_service(t, true), true};
+             PortId made{};
+             {
+               const Activated activated{t, client_subscribe};
+               ours.answer(ours.subscribed(ours.used().tcp->id));
+               made = connection(t, ours, 1);
+             }
+             expect_closed(t, made);
+           }},
+      {.id = "client.ets.tcp-closed.stop-offer",
+       .title = "closes its connection when the service is withdrawn",
+       .requirements = {"feat_req_someip_679"},
+       .needs = client,
+       .role = Role::client,
+       .run = told(
+           client_subscribe,
+           [](Trial& t, OurService& ours) {
+             ours.answer(ours.subscribed(ours.used().tcp->id));
+             const PortId made = connection(t, ours, 1);
+             ours.withdraw();
+             expect_closed(t, made);
+           },
+           Over::tcp)},
       {.id = "client.ets.reboot.udp",
        .title = "subscribes again at a new UDP port of a server that was restarted",
-       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764"},
+       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764", "feat_req_someipsd_778",
+                        "feat_req_someipsd_779"},
        .tc8 = {"SOMEIP_ETS_082"},
        .needs = client,
        .role = Role::client,
@@ -308,7 +349,7 @@ void add_ets_client_cases(Cases& cases) {
                    })},
       {.id = "client.ets.reboot.tcp",
        .title = "connects and subscribes again to a server that was restarted",
-       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764"},
+       .requirements = {"feat_req_someipsd_871", "feat_req_someipsd_764", "feat_req_someipsd_872"},
        .tc8 = {"SOMEIP_ETS_081"},
        .needs = client,
        .role = Role::client,

@@ -135,7 +135,7 @@ std::vector<Row> echoes() {
        {}},
       {"surplus-bytes",
        "echoes a uint8 and ignores what is behind it",
-       {"feat_req_someip_168"},
+       {"feat_req_someip_168", "feat_req_someipcompat_1198"},
        {},
        0x08,
        bytes({0x2a, 1, 2, 3}),
@@ -191,18 +191,26 @@ std::vector<Row> echoes() {
        {}},
       {"e2e-shaped",
        "echoes a struct that has the shape of end-to-end protection",
-       {"feat_req_someip_230"},
+       {"feat_req_someip_230", "feat_req_someip_575", "feat_req_someip_602"},
        {"SOMEIP_ETS_034"},
        0x0b,
        bytes({0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 4, 5}),
        {}},
       {"union",
        "echoes a union with a uint8",
-       {"feat_req_someip_263", "feat_req_someip_264"},
+       {"feat_req_someip_263", "feat_req_someip_264", "feat_req_someip_566", "feat_req_someip_565",
+        "feat_req_someip_573", "feat_req_someip_675"},
        {"SOMEIP_ETS_038"},
        0x19,
        bytes({0, 0, 0, 1, 0, 0, 0, 1, 0x55}),
        {}},
+      {"union-padding",
+       "echoes the value of a union, and drops the padding behind it",
+       {"feat_req_someip_274"},
+       {},
+       0x19,
+       bytes({0, 0, 0, 4, 0, 0, 0, 1, 0x55, 0, 0, 0}),
+       bytes({0, 0, 0, 1, 0, 0, 0, 1, 0x55})},
       {"byte-order",
        "reads and writes numbers in big endian",
        {"feat_req_someip_42"},
@@ -212,7 +220,8 @@ std::vector<Row> echoes() {
        bytes({0x00, 0x00, 0x02, 0x04})},
       {"common-types",
        "gives values of the basic types back in reverse order",
-       {"feat_req_someip_172", "feat_req_someip_682"},
+       {"feat_req_someip_172", "feat_req_someip_682", "feat_req_someip_169", "feat_req_someip_652",
+        "feat_req_someip_574"},
        {"SOMEIP_ETS_008"},
        0x23,
        bytes({1,    2,    0,    3, 0, 0,    0,    4, 0xfb, 0xff, 0xfa, 0xff, 0xff, 0xff,
@@ -237,7 +246,8 @@ std::vector<Row> echoes() {
        bytes({0x80, 0xc0, 0x00, 0xe0, 0x00, 0x00, 0x00})},
       {"utf8",
        "echoes a UTF-8 string of any length",
-       {"feat_req_someip_234", "feat_req_someip_662", "feat_req_someip_687"},
+       {"feat_req_someip_234", "feat_req_someip_662", "feat_req_someip_687", "feat_req_someip_581",
+        "feat_req_someip_562", "feat_req_someip_238"},
        {"SOMEIP_ETS_048"},
        0x15,
        with_length(utf8("hello")),
@@ -258,7 +268,7 @@ std::vector<Row> echoes() {
        {}},
       {"utf16",
        "echoes a UTF-16 string of any length",
-       {"feat_req_someip_234", "feat_req_someip_639"},
+       {"feat_req_someip_234", "feat_req_someip_639", "feat_req_someip_238"},
        {"SOMEIP_ETS_039"},
        0x16,
        with_length(utf16("hello")),
@@ -538,7 +548,7 @@ void add_ets_echo_cases(Cases& cases) {
            }},
       {.id = "ets.suspend.comes-back",
        .title = "withdraws its offer when it is suspended, and offers the same endpoints later",
-       .requirements = {"feat_req_someipsd_820", "feat_req_someipsd_261"},
+       .requirements = {"feat_req_someipsd_820", "feat_req_someipsd_261", "feat_req_someipsd_22"},
        .tc8 = {"SOMEIP_ETS_089"},
        .needs = ets,
        .run =
@@ -557,6 +567,21 @@ void add_ets_echo_cases(Cases& cases) {
              t.good_answer_to(t.call(someip::MethodId{0x27}, bytes({0x78})));
              suspended(t);
              t.good_answer_to(t.call(someip::MethodId{0x26}));
+           }},
+      {.id = "ets.suspend.ends-subscriptions",
+       .title = "sends no events any more to those who subscribed before it was suspended",
+       .requirements = {"feat_req_someipsd_830"},
+       .needs = ets | Need::event,
+       .run =
+           [](Trial& t) {
+             const EventSource source = t.source();
+             t.acknowledged(t.subscribe(source));
+             t.event(source);
+             suspended(t);
+             for (const SeenMessage& seen : t.all_events(source)) {
+               t.different("event", "none, as StopOfferService ended the subscription", "one", seen.packet);
+               return;
+             }
            }},
       {.id = "ets.suspend.tcp-stays",
        .title = "leaves it to its clients to close TCP connections when it is suspended",

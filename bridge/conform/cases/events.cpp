@@ -97,7 +97,8 @@ void add_event_cases(Cases& cases) {
   const Cases all{
       {.id = "event.comes",
        .title = "sends an event to its subscriber",
-       .requirements = {"feat_req_someipsd_204", "feat_req_someipsd_787"},
+       .requirements = {"feat_req_someipsd_204", "feat_req_someipsd_787", "feat_req_someip_361",
+                        "feat_req_someipsd_422"},
        .tc8 = {"SOMEIP_ETS_147"},
        .needs = Need::event,
        .run = subscribed(nothing)},
@@ -123,7 +124,7 @@ void add_event_cases(Cases& cases) {
            }},
       {.id = "event.return-code",
        .title = "sends events with return code 0",
-       .requirements = {"feat_req_someip_144", "feat_req_someip_683"},
+       .requirements = {"feat_req_someip_144", "feat_req_someip_683", "feat_req_someip_367"},
        .needs = Need::event,
        .run = subscribed([](Trial& t, const SeenMessage& seen) {
          t.equal("Return Code", someip::ReturnCode::ok, seen.message.header.return_code, seen.packet);
@@ -138,11 +139,15 @@ void add_event_cases(Cases& cases) {
        })},
       {.id = "event.source-port",
        .title = "sends events from the offered UDP port",
-       .requirements = {"feat_req_someipsd_758", "feat_req_someipsd_797"},
+       .requirements = {"feat_req_someipsd_758", "feat_req_someipsd_797", "feat_req_someipsd_781",
+                        "feat_req_someipsd_850", "feat_req_someipsd_852", "feat_req_someipsd_858"},
        .tc8 = {"SOMEIPSRV_SD_MESSAGE_09"},
        .needs = Need::event,
        .run = subscribed([](Trial& t, const SeenMessage& seen) {
-         t.equal("UDP source port", t.udp_of(t.profile.service()).port, seen.packet->from.port, seen.packet);
+         const Endpoint offered = t.udp_of(t.profile.service());
+         t.equal("UDP source port", offered.port, seen.packet->from.port, seen.packet);
+         t.require(seen.packet->from.address == offered.address, "source address", "the offered one",
+                   "another", seen.packet);
        })},
       {.id = "event.once",
        .title = "sends an event once to a subscriber, however often it has subscribed",
@@ -175,7 +180,7 @@ void add_event_cases(Cases& cases) {
        .run = triggered(0x06, someip::MethodId{0x8004})},
       {.id = "event.multicast",
        .title = "sends events of a multicast eventgroup to its group",
-       .requirements = {"feat_req_someip_811", "feat_req_someipsd_763"},
+       .requirements = {"feat_req_someip_811", "feat_req_someipsd_763", "feat_req_someipsd_626"},
        .tc8 = {"SOMEIP_ETS_150"},
        .needs = ets | Need::multicast_events,
        .run =
@@ -192,7 +197,7 @@ void add_event_cases(Cases& cases) {
            }},
       {.id = "event.multicast-threshold.below",
        .title = "sends events by unicast while fewer subscribe than the multicast threshold",
-       .requirements = {"feat_req_someip_813"},
+       .requirements = {"feat_req_someip_813", "feat_req_someipsd_823"},
        .needs = Need::multicast_threshold | Need::udp,
        .run =
            [](Trial& t) {
@@ -202,7 +207,7 @@ void add_event_cases(Cases& cases) {
            }},
       {.id = "event.multicast-threshold.reached",
        .title = "sends events by multicast, and only so, when enough subscribe",
-       .requirements = {"feat_req_someip_813"},
+       .requirements = {"feat_req_someip_813", "feat_req_someipsd_823"},
        .needs = Need::multicast_threshold | Need::udp,
        .run =
            [](Trial& t) {
@@ -237,7 +242,8 @@ void add_event_cases(Cases& cases) {
            }},
       {.id = "event.initial.comes",
        .title = "sends the value of a field to a new subscriber",
-       .requirements = {"feat_req_someipsd_691", "feat_req_someipsd_833", "feat_req_someipsd_793"},
+       .requirements = {"feat_req_someipsd_691", "feat_req_someipsd_833", "feat_req_someipsd_793",
+                        "feat_req_someipsd_811"},
        .needs = Need::initial_values | Need::udp,
        .run = [](Trial& t) { initial(t, false); }},
       {.id = "event.initial.all",

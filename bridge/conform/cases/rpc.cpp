@@ -81,8 +81,9 @@ Call setter(const Trial& t, Bytes value) {
 }
 
 /// Several requests in one datagram, each of which has to be answered.
-void several_in_a_datagram(Trial& t, unsigned count) {
-  Bytes datagram;
+/// @param before  what the datagram begins with.
+void several_in_a_datagram(Trial& t, unsigned count, const Bytes& before = {}) {
+  Bytes datagram = before;
   for (unsigned number = 1; number <= count; ++number) {
     Call call = t.request();
     call.client = someip::ClientId{0x5a40};
@@ -207,7 +208,7 @@ void add_rpc_cases(Cases& cases) {
        })},
       {.id = "rpc.response.return-code",
        .title = "answers a good request with E_OK",
-       .requirements = {"feat_req_someip_144"},
+       .requirements = {"feat_req_someip_144", "feat_req_someip_367"},
        .tc8 = {"SOMEIPSRV_ONWIRE_11"},
        .needs = call,
        .run = response([](Trial& t, const Call&, const SeenMessage& seen) {
@@ -215,7 +216,8 @@ void add_rpc_cases(Cases& cases) {
        })},
       {.id = "rpc.instances.own-ports",
        .title = "answers each instance's requests from its own UDP port",
-       .requirements = {"feat_req_someip_445", "feat_req_someip_648"},
+       .requirements = {"feat_req_someip_445", "feat_req_someip_648", "feat_req_someip_1079",
+                        "feat_req_someipsd_782"},
        .tc8 = {"SOMEIPSRV_RPC_14"},
        .needs = call | Need::two_instances,
        .run =
@@ -308,7 +310,7 @@ void add_rpc_cases(Cases& cases) {
        })},
       {.id = "rpc.error.request-id",
        .title = "copies the Request ID into errors",
-       .requirements = {"feat_req_someip_655"},
+       .requirements = {"feat_req_someip_655", "feat_req_someip_726", "feat_req_someip_106"},
        .tc8 = {"SOMEIPSRV_RPC_19"},
        .needs = Need::udp,
        .run = error([](Trial&, const Call&, const SeenMessage&) {})},
@@ -333,7 +335,7 @@ void add_rpc_cases(Cases& cases) {
        })},
       {.id = "rpc.reject.protocol-version",
        .title = "does not serve a request with another protocol version",
-       .requirements = {"feat_req_someip_718", "feat_req_someip_703"},
+       .requirements = {"feat_req_someip_718", "feat_req_someip_703", "feat_req_someip_818"},
        .tc8 = {"SOMEIP_ETS_078"},
        .needs = call,
        .run = rejected([](Call& asked) { asked.protocol = 2; })},
@@ -478,6 +480,23 @@ void add_rpc_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              several_in_a_datagram(t, static_cast<unsigned>(1400 / t.request().encode().size()));
+           }},
+
+      {.id = "rpc.npdu.unknown",
+       .title = "answers a request behind messages that it does not know in one datagram",
+       .requirements = {"feat_req_someipcompat_1201", "feat_req_someip_702"},
+       .needs = call,
+       .run =
+           [](Trial& t) {
+             Call other = t.request();
+             other.service = someip::ServiceId{0x7abc};
+             other.type = MessageType::request_no_return;
+             Bytes before = other.encode();
+             other = t.request();
+             other.method = someip::MethodId{0x8abc};
+             other.type = MessageType::notification;
+             append(before, other.encode());
+             several_in_a_datagram(t, 1, before);
            }},
 
       // Fields.

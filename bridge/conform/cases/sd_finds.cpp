@@ -90,7 +90,7 @@ void add_sd_find_cases(Cases& cases) {
        .run = answered(nothing, false)},
       {.id = "sd.find.multicast",
        .title = "answers a Find that came by multicast with an offer by unicast",
-       .requirements = {"feat_req_someipsd_824"},
+       .requirements = {"feat_req_someipsd_824", "feat_req_someipsd_811", "feat_req_someipsd_89"},
        .run = answered(nothing, true)},
       {.id = "sd.find.any-major",
        .title = "answers a Find of any instance and any major version",
@@ -196,6 +196,26 @@ void add_sd_find_cases(Cases& cases) {
                find.options.push_back(endpoint_option({t.profile.tester, port}, Transport::udp));
              }
              t.await_unicast_answers();
+             const std::size_t since = t.now();
+             for (int count = 0; count < 3; ++count) {
+               t.await_unicast_answers();
+               t.send_sd(find, true);
+               if (t.await_entry(since, t.profile.timing.answer_within, t.is_find_answer(service))) {
+                 return;
+               }
+             }
+             t.fail("no offer in answer to FindService");
+           }},
+      {.id = "sd.find.referenced-options",
+       .title = "answers a Find that refers to an endpoint and a configuration",
+       .requirements = {"feat_req_someipsd_106", "feat_req_someipsd_879"},
+       .run =
+           [](Trial& t) {
+             const ServiceProfile& service = t.profile.service();
+             SdStimulus find{.entries = {Trial::find_entry(service)}};
+             find.options = {endpoint_option({t.profile.tester, 40'000}, Transport::udp),
+                             raw_option(6, 1, bytes({0, 3, 'a', '=', 'b', 0}))};
+             find.entries.front().first_run.count = 2;
              const std::size_t since = t.now();
              for (int count = 0; count < 3; ++count) {
                t.await_unicast_answers();

@@ -271,7 +271,7 @@ void add_sd_message_cases(Cases& cases) {
 
       {.id = "sd.offer.entry-type",
        .title = "offers its service with entries of type 1 and 16 bytes",
-       .requirements = {"feat_req_someipsd_47"},
+       .requirements = {"feat_req_someipsd_47", "feat_req_someipsd_252"},
        .tc8 = {"SOMEIPSRV_FORMAT_11"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
          t.equal("entry type", 1, static_cast<int>(offer.entry.type), offer.packet);
@@ -392,7 +392,7 @@ void add_sd_message_cases(Cases& cases) {
        })},
       {.id = "sd.offer.both-transports",
        .title = "names UDP and TCP in the answer to a Find when it has both",
-       .requirements = {"feat_req_someipsd_752"},
+       .requirements = {"feat_req_someipsd_752", "feat_req_someip_32"},
        .tc8 = {"SOMEIP_ETS_060"},
        .needs = Need::udp | Need::tcp,
        .run =
@@ -424,7 +424,7 @@ void add_sd_message_cases(Cases& cases) {
 
       {.id = "sd.option.endpoint.length",
        .title = "offers endpoints in options of Length 9, or 21 with IPv6",
-       .requirements = {"feat_req_someipsd_129"},
+       .requirements = {"feat_req_someipsd_129", "feat_req_someipsd_164", "feat_req_someipsd_133"},
        .tc8 = {"SOMEIPSRV_OPTIONS_01"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
          t.equal("Length of the option", 5 + address_bytes(t), first_endpoint(t, offer).body.size(),
@@ -432,7 +432,7 @@ void add_sd_message_cases(Cases& cases) {
        })},
       {.id = "sd.option.endpoint.type",
        .title = "offers endpoints in options of type 4, or 6 with IPv6",
-       .requirements = {"feat_req_someipsd_127"},
+       .requirements = {"feat_req_someipsd_127", "feat_req_someipsd_140"},
        .tc8 = {"SOMEIPSRV_OPTIONS_02"},
        .run = offered([](Trial& t, const SeenEntry& offer) {
          const sd::Option option = first_endpoint(t, offer);
@@ -471,7 +471,7 @@ void add_sd_message_cases(Cases& cases) {
        })},
       {.id = "sd.option.endpoint.port",
        .title = "offers the configured UDP port",
-       .requirements = {"feat_req_someipsd_128"},
+       .requirements = {"feat_req_someipsd_128", "feat_req_someip_659"},
        .tc8 = {"SOMEIPSRV_OPTIONS_07"},
        .needs = Need::udp,
        .run = offered([](Trial& t, const SeenEntry& offer) {
@@ -490,7 +490,8 @@ void add_sd_message_cases(Cases& cases) {
 
       {.id = "sd.option.multicast.length",
        .title = "acknowledges a multicast eventgroup with an option of Length 9",
-       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_854"},
+       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_854", "feat_req_someipsd_739",
+                        "feat_req_someipsd_1083"},
        .tc8 = {"SOMEIPSRV_OPTIONS_08"},
        .needs = Need::multicast_events,
        .run =
@@ -500,7 +501,7 @@ void add_sd_message_cases(Cases& cases) {
            })},
       {.id = "sd.option.multicast.type",
        .title = "acknowledges a multicast eventgroup with an option of type 0x14",
-       .requirements = {"feat_req_someipsd_723"},
+       .requirements = {"feat_req_someipsd_723", "feat_req_someipsd_737"},
        .tc8 = {"SOMEIPSRV_OPTIONS_09"},
        .needs = Need::multicast_events,
        .run = multicast_option(
@@ -531,7 +532,7 @@ void add_sd_message_cases(Cases& cases) {
            })},
       {.id = "sd.option.multicast.protocol",
        .title = "says UDP in multicast options",
-       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_749"},
+       .requirements = {"feat_req_someipsd_725", "feat_req_someipsd_749", "feat_req_someipsd_739"},
        .tc8 = {"SOMEIPSRV_OPTIONS_13"},
        .needs = Need::multicast_events,
        .run = multicast_option(

@@ -261,7 +261,9 @@ void add_sd_option_cases(Cases& cases) {
 
       {.id = "sd.endpoint-option.find",
        .title = "answers a Find at the endpoint that an SD endpoint option names",
-       .requirements = {"feat_req_someipsd_1084", "feat_req_someipsd_1085", "feat_req_someipsd_1087"},
+       .requirements = {"feat_req_someipsd_1084", "feat_req_someipsd_1085", "feat_req_someipsd_1087",
+                        "feat_req_someipsd_1100", "feat_req_someipsd_1101", "feat_req_someipsd_1103",
+                        "feat_req_someipsd_809", "feat_req_someipsd_810"},
        .run =
            [](Trial& t) {
              Channel channel{t};
@@ -284,7 +286,7 @@ void add_sd_option_cases(Cases& cases) {
            }},
       {.id = "sd.endpoint-option.surplus",
        .title = "ignores SD endpoint options after the first one",
-       .requirements = {"feat_req_someipsd_1152"},
+       .requirements = {"feat_req_someipsd_1152", "feat_req_someipsd_1154"},
        .run =
            [](Trial& t) {
              Channel channel{t};
@@ -358,7 +360,8 @@ void add_sd_option_cases(Cases& cases) {
       {.id = "sd.option.configuration.items",
        .title = "names the configured items of a service, in their order, equal keys included",
        .requirements = {"feat_req_someipsd_152", "feat_req_someipsd_149", "feat_req_someipsd_684",
-                        "feat_req_someipsd_857"},
+                        "feat_req_someipsd_857", "feat_req_someipsd_151", "feat_req_someipsd_158",
+                        "feat_req_someipsd_160", "feat_req_someipsd_217"},
        .needs = Need::configuration,
        .run =
            configured([](Trial& t, ByteView body, const std::vector<std::string>& expected, Packet* packet) {

@@ -107,7 +107,7 @@ void add_sd_subscribe_cases(Cases& cases) {
   const Cases all{
       {.id = "sd.subscribe.ack.comes",
        .title = "acknowledges a Subscribe",
-       .requirements = {"feat_req_someipsd_613", "feat_req_someipsd_441"},
+       .requirements = {"feat_req_someipsd_613", "feat_req_someipsd_441", "feat_req_someipsd_811"},
        .tc8 = {"SOMEIPSRV_SD_MESSAGE_11"},
        .needs = group,
        .run = [](Trial& t) { t.acknowledged(t.subscribe(t.eventgroup())); }},
@@ -193,7 +193,7 @@ void add_sd_subscribe_cases(Cases& cases) {
        })},
       {.id = "sd.subscribe.ack.each-eventgroup",
        .title = "acknowledges subscriptions to each of its eventgroups",
-       .requirements = {"feat_req_someipsd_613"},
+       .requirements = {"feat_req_someipsd_613", "feat_req_someipcompat_1202", "feat_req_someipsd_432"},
        .tc8 = {"SOMEIP_ETS_086", "SOMEIP_ETS_087"},
        .needs = group,
        .run =
@@ -275,7 +275,7 @@ void add_sd_subscribe_cases(Cases& cases) {
            refused([](sd::Entry& asked) { asked.major = static_cast<std::uint8_t>(asked.major + 0x70U); })},
       {.id = "sd.subscribe.nack.unknown-eventgroup",
        .title = "refuses a subscription to an unknown eventgroup",
-       .requirements = {"feat_req_someipsd_1137", "feat_req_someipsd_619"},
+       .requirements = {"feat_req_someipsd_1137", "feat_req_someipsd_619", "feat_req_someipsd_811"},
        .tc8 = {"SOMEIPSRV_SD_MESSAGE_19", "SOMEIP_ETS_140"},
        .needs = group,
        .run = refused([](sd::Entry& asked) {
@@ -293,7 +293,7 @@ void add_sd_subscribe_cases(Cases& cases) {
       // Endpoints.
       {.id = "sd.subscribe.endpoint.none",
        .title = "does not acknowledge a Subscribe without endpoint",
-       .requirements = {"feat_req_someipsd_102", "feat_req_someipsd_1164"},
+       .requirements = {"feat_req_someipsd_102", "feat_req_someipsd_1164", "feat_req_someipsd_1179"},
        .needs = group,
        .run = bad_options([](Trial&) { return std::vector<Bytes>{}; })},
       {.id = "sd.subscribe.endpoint.port-zero",
@@ -383,6 +383,14 @@ void add_sd_subscribe_cases(Cases& cases) {
        .needs = group,
        .run = good_options([](Trial& t) {
          return std::vector<Bytes>{t.own_endpoint(), raw_option(6, 1, bytes({0, 3, 'a', '=', 'b', 0}))};
+       })},
+      {.id = "sd.subscribe.option.two-configurations",
+       .title = "acknowledges a Subscribe with two configurations that say different things",
+       .requirements = {"feat_req_someipsd_1146", "feat_req_someipsd_1147"},
+       .needs = group,
+       .run = good_options([](Trial& t) {
+         return std::vector<Bytes>{t.own_endpoint(), raw_option(6, 1, bytes({0, 3, 'a', '=', 'b', 0})),
+                                   raw_option(6, 1, bytes({0, 3, 'a', '=', 'c', 0}))};
        })},
       {.id = "sd.subscribe.option.unreferenced",
        .title = "acknowledges a Subscribe beside a configuration option that nothing refers to",

@@ -273,6 +273,27 @@ void add_tcp_cases(Cases& cases) {
              const SeenMessage seen = t.event(source);
              t.equal("transport", Transport::tcp, seen.packet->transport, seen.packet);
            }},
+      {.id = "tcp.subscribe.anew",
+       .title = "keeps the connection when a subscription over it ends and begins anew in one message",
+       .requirements = {"feat_req_someipsd_1170", "feat_req_someipsd_1171"},
+       .needs = Need::tcp | Need::tcp_event,
+       .run =
+           [](Trial& t) {
+             const EventSource source = tcp_event_source(t.profile).value_or(EventSource{});
+             const PortId connection = t.tcp();
+             SdStimulus both = t.subscribe(t.profile.service(), source.group,
+                                           {endpoint_option(t.tester.local(connection), Transport::tcp)});
+             t.acknowledged(both);
+             t.event(source);
+             both.entries.insert(both.entries.begin(), both.entries.front());
+             both.entries.front().ttl_s = 0;
+             t.send_sd(both);
+             t.pass();
+             const SeenMessage seen = t.event(source);
+             t.equal("transport", Transport::tcp, seen.packet->transport, seen.packet);
+             t.equal("connection", std::string{"open"},
+                     std::string{t.tester.is_closed(connection) ? "closed by the device" : "open"}, nullptr);
+           }},
       {.id = "tcp.field",
        .title = "gets and sets a field over TCP",
        .requirements = {"feat_req_someip_633", "feat_req_someip_634"},

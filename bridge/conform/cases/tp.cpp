@@ -268,7 +268,7 @@ void add_tp_cases(Cases& cases) {
            }},
       {.id = "tp.interleaved-clients",
        .title = "puts two messages of two clients together whose segments alternate",
-       .requirements = {"feat_req_someiptp_787", "feat_req_someiptp_803"},
+       .requirements = {"feat_req_someiptp_787", "feat_req_someiptp_803", "feat_req_someiptp_781"},
        .needs = Need::large_request,
        .run =
            [](Trial& t) {
@@ -312,7 +312,7 @@ void add_tp_cases(Cases& cases) {
            }},
       {.id = "tp.reject.missing-segment",
        .title = "does not deliver a message of which a segment is missing",
-       .requirements = {"feat_req_someiptp_783"},
+       .requirements = {"feat_req_someiptp_783", "feat_req_someiptp_796"},
        .needs = Need::large_request,
        .run = not_put_together([](std::vector<Segment>& segments) { segments.erase(segments.begin() + 1); })},
       {.id = "tp.reject.no-last",
@@ -335,7 +335,7 @@ void add_tp_cases(Cases& cases) {
        })},
       {.id = "tp.response.flag",
        .title = "sets the TP flag in segments",
-       .requirements = {"feat_req_someiptp_765"},
+       .requirements = {"feat_req_someiptp_765", "feat_req_someip_761"},
        .needs = Need::large_message,
        .run = sent_in_segments([](Trial& t, const Large& large) {
          for (const SeenMessage& one : large.parts) {

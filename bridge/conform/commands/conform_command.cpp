@@ -48,10 +48,27 @@ const Tc8Row* without_case(const std::string& selector) {
   return row != nullptr && !row->why_no_case.empty() ? row : nullptr;
 }
 
-/// The requirement of this id, when a capture shows whether it is kept. Null: it is something else.
-const RequirementRow* in_captures(const std::string& selector) {
+/// Whether a selector chooses no case.
+bool chooses_none(const std::string& selector) {
+  return choose(all_cases(), {selector}, Level::tc8).empty();
+}
+
+/// The requirement of this id, when no case is about it, or a rule of replay is. Null: it is something else.
+const RequirementRow* beyond_cases(const std::string& selector) {
   const RequirementRow* row = find_requirement(selector);
-  return row != nullptr && row->testable == "pcap" ? row : nullptr;
+  return row != nullptr && (chooses_none(selector) || row->testable == "pcap" ||
+                            !choose(replay_rules(), {selector}, Level::tc8).empty())
+             ? row
+             : nullptr;
+}
+
+/// Why a requirement that is selected has no case.
+std::string reason_without_case(const RequirementRow& row) {
+  const std::string why = why_no_case(row);
+  return why.empty()
+             ? "a capture shows it: 'trestle conform replay' judges it, and 'trestle conform explain " +
+                   row.id + "' says how"
+             : why;
 }
 
 /// The cases that are asked for. A selector that chooses none is a mistake.
@@ -60,13 +77,16 @@ std::vector<const Case*> cases_of(const Arguments& arguments) {
     if (const Tc8Row* row = without_case(selector)) {
       throw CLI::ValidationError{selector, "has no case: " + row->why_no_case};
     }
-    if (choose(all_cases(), {selector}, Level::tc8).empty()) {
-      throw CLI::ValidationError{
-          selector,
-          "chooses no case; 'trestle conform list' shows all. A selector is an id ('sd.offer.ttl'), the "
-          "start "
-          "of one ('sd.offer'), a pattern ('*.ttl'), a TC8 id, or the id of a requirement"};
+    if (!chooses_none(selector)) {
+      continue;
     }
+    if (const RequirementRow* row = find_requirement(selector)) {
+      throw CLI::ValidationError{selector, "has no case: " + reason_without_case(*row)};
+    }
+    throw CLI::ValidationError{selector,
+                               "chooses no case; 'trestle conform list' shows all. A selector is an id "
+                               "('sd.offer.ttl'), the start of "
+                               "one ('sd.offer'), a pattern ('*.ttl'), a TC8 id, or the id of a requirement"};
   }
   std::vector<const Case*> all = choose(all_cases(), arguments.selectors, level_of(arguments.level));
   std::erase_if(all, [&](const Case* one) {
@@ -217,7 +237,7 @@ int explain(const Arguments& arguments) {
   Arguments with_case = arguments;
   std::erase_if(with_case.selectors, [](const std::string& selector) {
     return without_case(selector) != nullptr || !rules_named(selector).empty() ||
-           (in_captures(selector) != nullptr && choose(all_cases(), {selector}, Level::tc8).empty());
+           (beyond_cases(selector) != nullptr && chooses_none(selector));
   });
   // No selector at all means all cases.
   if (arguments.selectors.empty() || !with_case.selectors.empty()) {
@@ -232,7 +252,7 @@ int explain(const Arguments& arguments) {
     if (const Tc8Row* row = without_case(selector)) {
       fmt::print("{}", explanation(*row));
     }
-    if (const RequirementRow* row = in_captures(selector)) {
+    if (const RequirementRow* row = beyond_cases(selector)) {
       fmt::print("{}", explanation(*row, replay_rules()));
     }
   }

@@ -398,6 +398,25 @@ class Conform(unittest.TestCase):
         self.assertIn("pcap.no-such", conform("explain", "pcap.no-such", status=2))
         self.assertIn("no rule of replay: a capture does not tell", conform("explain", "feat_req_someip_667"))
 
+    def test_says_why_a_requirement_has_no_case(self):
+        with (pathlib.Path(SOURCE) / "bridge" / "conform" / "catalogue" / "no_case.csv").open(newline="") as file:
+            why = {row["id"]: row["why"] for row in csv.DictReader(file)}
+        self.assertIn("feat_req_someipsd_855", why)
+        text = conform("explain", *why)
+        for one, reason in why.items():
+            self.assertRegex(text, f"(?m)^{one}: .+\\n    no case: {re.escape(reason)}$")
+        self.assertNotIn("role ", text)  # of a case
+        self.assertIn("has no case: " + why["feat_req_someipsd_855"], conform("list", "feat_req_someipsd_855", status=2))
+        # There is nothing to test, or a capture is enough.
+        self.assertIn("no case: it explains", conform("explain", "feat_req_someip_33"))
+        self.assertIn("'trestle conform replay' judges it", conform("run", "feat_req_someip_77", "feat_req_someip_36",
+                                                                    "--dut", PROFILE, status=2))
+        # Beside a case, or a rule of replay.
+        text = conform("explain", "feat_req_someip_92")
+        self.assertIn("rpc.response.interface-version\n  The device ", text)
+        self.assertIn("rule of replay: pcap.rpc.interface-version, ", text)
+        self.assertNotIn("no case", text)
+
     def test_says_why_a_tc8_case_has_no_case(self):
         """As the documentation does."""
         with (pathlib.Path(SOURCE) / "bridge" / "conform" / "catalogue" / "tc8.csv").open(newline="") as file:

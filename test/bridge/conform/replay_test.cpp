@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/stimulus.hpp"
 
 namespace trestle::conform::replay_test {
@@ -332,6 +333,14 @@ TEST(Replay, HasARuleForEachRequirementThatACaptureShowsOrAReason) {
   for (const RequirementRow& row : requirements()) {
     const auto rules = choose(replay_rules(), {row.id}, Level::tc8);
     EXPECT_EQ(row.testable == "pcap" && rules.empty(), !row.why_no_rule.empty()) << row.id;
+  }
+}
+
+TEST(Catalogue, HasACaseOrARuleForEachTestableRequirementOrAReason) {
+  for (const RequirementRow& row : requirements()) {
+    const bool is_judged = !choose(all_cases(), {row.id}, Level::tc8).empty() ||
+                           !choose(replay_rules(), {row.id}, Level::tc8).empty();
+    EXPECT_EQ(row.testable == "yes" && !is_judged, !row.why_no_case.empty()) << row.id;
   }
 }
 
