@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <vector>
 
 #include "bridge/cli/option.hpp"
 #include "bridge/documents/document.hpp"
@@ -24,12 +25,45 @@ IpAddress address_of(const char* name, const std::string& text) {
   return *address;
 }
 
+void take_device(DeviceOptions& options, const std::string& address) {
+  if (!options.device.empty() && options.device != address) {
+    throw CLI::ValidationError{"--device", "the device has two addresses on the command line: " +
+                                               options.device + " and " + address};
+  }
+  options.device = address;
+}
+
+/// A profile, and the address of the device: whichever of them a word is.
+void take_dut(DeviceOptions& options, const std::vector<std::string>& words) {
+  for (const std::string& word : words) {
+    if (someip::parse_address(word)) {
+      take_device(options, word);
+    } else if (options.profile.empty()) {
+      options.profile = word;
+    } else {
+      throw CLI::ValidationError{"--dut",
+                                 "there are two profiles: '" + options.profile + "' and '" + word + "'"};
+    }
+  }
+  if (options.profile.empty()) {
+    throw CLI::ValidationError{
+        "--dut",
+        "names the address of the device, " + options.device +
+            ", and not its profile: --dut FILE is needed, too ('trestle conform profile' writes one)"};
+  }
+}
+
 }  // namespace
 
 void add_device_options(CLI::App& command, DeviceOptions& options) {
-  command.add_option("--dut", options.profile, "The profile of the device: a YAML file")
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--dut", [&options](const std::vector<std::string>& words) { take_dut(options, words); },
+          "The profile of the device, a YAML file; with an IP address, which can be given besides, as "
+          "--device")
       ->type_name("FILE")
-      ->required();
+      ->required()
+      ->allow_extra_args(false);
   command.add_option("--tester", options.tester, "Our own address, in place of that in the profile")
       ->type_name("IP");
   command
@@ -39,7 +73,9 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
       ->excludes("--tester");
   cli::option(command, "--seed", options.seed, "N", "Of everything random: the same seed, the same run");
   command
-      .add_option("--device", options.device, "The address of the device, in place of that in the profile")
+      .add_option_function<std::string>(
+          "--device", [&options](const std::string& address) { take_device(options, address); },
+          "The address of the device, in place of that in the profile")
       ->type_name("IP");
   cli::option(command, "--out", options.folder, "DIR", "The folder for results and captures");
 }

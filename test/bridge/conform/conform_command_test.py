@@ -223,6 +223,15 @@ class Conform(unittest.TestCase):
         text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--device", f"{HOST}.1", "--interface", "lo",
                        "--out", self.folder)
         self.assertIn("1 pass", text)
+        # --dut takes the address, too, beside the profile; --device is the same.
+        text = conform("run", "sd.offer.ttl", "--dut", PROFILE, "--dut", f"{HOST}.1", "--tester", f"{HOST}.2", "--out", self.folder)
+        self.assertIn("1 pass", text)
+        self.assertIn(f"--dut {PROFILE} --tester {HOST}.2 --device {HOST}.1",
+                      json.loads((self.folder / "results.json").read_text())["cases"][0]["again"])
+        self.assertIn("--dut FILE is needed, too", conform("run", "--dut", "192.0.2.1", status=2))
+        self.assertIn("two profiles", conform("run", "--dut", PROFILE, "--dut", "x.yaml", status=2))
+        self.assertIn("two addresses on the command line: 192.0.2.1 and 192.0.2.7",
+                      conform("run", "--dut", PROFILE, "--dut", "192.0.2.1", "--device", "192.0.2.7", status=2))
         self.assertIn("no address in the subnet", conform("run", "--dut", PROFILE, "--device", "192.0.2.1", "--interface", "lo",
                                                           status=2))
 
