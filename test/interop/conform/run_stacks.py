@@ -6,7 +6,9 @@ after the other, with results in OUT/STACK. Under in_namespaces, from the folder
 
 The stacks are those of build/peers (`./run setup --peers`; opensomeip only after `build/peers/bin/pip install
 opensomeip==0.2.0`), with TRESTLE_VSOMEIP_DEVICE=FILE that of vsomeip_device.cpp, and with TRESTLE_FIRMWARE=FILE that of
-examples/cortex_m with the Enhanced Testability Service, in QEMU at a tap device. Ends with 1 when the runner itself failed (verdict error); deviations of the stacks are in docs/stacks.md."""
+examples/cortex_m with the Enhanced Testability Service, in QEMU at a tap device. Ends with 1 when the runner itself failed
+(verdict error, or no results), with 77 when none of the stacks is there (with TRESTLE_REQUIRE_PEERS=1 with 1), and with 2 for a
+stack that it does not know; deviations of the stacks are in docs/stacks.md."""
 import json
 import os
 import pathlib
@@ -26,9 +28,35 @@ arguments, rest = sys.argv[1:], []
 if "--" in arguments:
     rest = arguments[arguments.index("--") + 1:]
     arguments = arguments[:arguments.index("--")]
+if len(arguments) < 2:
+    print(__doc__, file=sys.stderr)
+    sys.exit(2)
 trestle, out, *chosen = arguments
 os.environ.setdefault("TRESTLE_PEERS", os.path.abspath("build/peers"))
 python = os.environ["TRESTLE_PEERS"] + "/bin/python"
+
+
+def missing(stack):
+    """Why a stack cannot be run; None: it can."""
+    if stack == VSOMEIP:
+        return None if VSOMEIP_DEVICE else "TRESTLE_VSOMEIP_DEVICE does not name vsomeip_device"
+    if stack == BOARD:
+        return None if FIRMWARE else "TRESTLE_FIRMWARE does not name the firmware"
+    try:
+        there = subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode == 0
+    except OSError:
+        there = False
+    return None if there else f"{STACKS[stack]} is not in {os.environ['TRESTLE_PEERS']}"
+
+
+def errors(folder):
+    """How many cases have the verdict error; without results the runner itself has failed."""
+    try:
+        with open(os.path.join(folder, "results.json")) as file:
+            return json.load(file)["verdicts"]["error"]
+    except FileNotFoundError:
+        print(f"no results in {folder}")
+        return 1
 
 
 def switch_on(folder):
@@ -44,23 +72,29 @@ def switch_on(folder):
 os.environ["TRESTLE_QEMU"] = ("-M mps2-an385 -display none -semihosting-config enable=on,target=native -daemonize "
                               "-nic tap,ifname=tap0,script=no,downscript=no,model=lan9118 "
                               f"-kernel {FIRMWARE} -pidfile {os.path.abspath(out)}/{BOARD}/qemu.pid")
+if unknown := [one for one in chosen if one not in (*STACKS, VSOMEIP, BOARD)]:
+    print(f"no such stack: {', '.join(unknown)}; there are {', '.join((*STACKS, VSOMEIP, BOARD))}", file=sys.stderr)
+    sys.exit(2)
 status = 0
+ran = False
 for stack in chosen or [*STACKS, *([VSOMEIP] if VSOMEIP_DEVICE else []), *([BOARD] if FIRMWARE else [])]:
+    if why := missing(stack):
+        print(f"skipped: {why}")
+        continue
+    ran = True
     if stack == BOARD:
         os.makedirs(os.path.join(out, BOARD), exist_ok=True)
         switch_on(os.path.abspath(os.path.join(out, BOARD)))
-    elif stack != VSOMEIP and subprocess.run([python, "-c", f"import {STACKS[stack]}"], stderr=subprocess.DEVNULL).returncode != 0:
-        print(f"skipped: {STACKS[stack]} is not in {os.environ['TRESTLE_PEERS']}")
-        continue
     folder = os.path.join(out, stack)
     print(f"=== {stack}", flush=True)
     profile = BOARD_PROFILE if stack == BOARD else HERE / f"{stack}.yaml"
     try:
+        pathlib.Path(folder, "results.json").unlink(missing_ok=True)
         subprocess.run([trestle, "conform", "run", "--dut", str(profile), "--out", folder, *rest])
-        with open(os.path.join(folder, "results.json")) as file:
-            if json.load(file)["verdicts"]["error"]:
-                status = 1
+        status = 1 if errors(folder) else status
     finally:
         if stack == BOARD:
             subprocess.run(["sh", "-c", "kill $(cat $TRESTLE_BOARD)"])
+if not ran:
+    status = 1 if {"1", "conform"} & set(os.environ.get("TRESTLE_REQUIRE_PEERS", "0").split(",")) else 77
 sys.exit(status)
