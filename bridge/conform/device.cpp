@@ -70,10 +70,10 @@ void Device::ask(const char* what) const {
       continue;
     }
     if (count <= 0) {
+      const std::string why = count == 0 ? "standard input is at its end" : std::strerror(errno);
       std::fprintf(stderr, "\n");
       throw std::runtime_error{std::string{"nobody said that this is done: '"} + what + " the device'; " +
-                               (count == 0 ? "standard input is at its end" : std::strerror(errno)) +
-                               " (lifecycle: ask_operator)"};
+                               why + " (lifecycle: ask_operator)"};
     }
   }
 }

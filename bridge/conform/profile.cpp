@@ -190,7 +190,9 @@ LargeProfile read_large(const YAML::Node& node, const ServiceProfile& service, P
   return large;
 }
 
-ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
+/// @param above  those that the profile has before this one.
+ServiceProfile read_service(const YAML::Node& node, const std::vector<ServiceProfile>& above,
+                            Problems& problems) {
   Section section{node, "service", problems};
   ServiceProfile service;
   const auto port = as<std::uint16_t>(whole_number(1, 65'535));
@@ -240,6 +242,13 @@ ServiceProfile read_service(const YAML::Node& node, Problems& problems) {
                     service.configuration, marks);
   if (!service.udp_port && !service.tcp_port) {
     problems.error(section.mark(), "service: expected a port, udp or tcp");
+  }
+  const auto is_same = [&](const ServiceProfile& one) {
+    return one.service == service.service && one.instance == service.instance && one.major == service.major;
+  };
+  if (service.service != someip::ServiceId{} && std::ranges::any_of(above, is_same)) {
+    problems.error(section.mark(),
+                   "service: expected another id, instance or major version than those of a service above");
   }
   section.finish();
   return service;
@@ -359,7 +368,7 @@ tl::expected<Profile, std::vector<documents::Problem>> read_profile(const std::s
     read_network(top, profile, problems);
     if (has(top, "services")) {
       for (const YAML::Node& service : top.list("services", "a list of services")) {
-        profile.services.push_back(read_service(service, problems));
+        profile.services.push_back(read_service(service, profile.services, problems));
       }
     }
     if (has(top, "uses")) {

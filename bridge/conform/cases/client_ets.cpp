@@ -103,8 +103,8 @@ PortId connection(Trial& t, OurService& ours, std::size_t count) {
   return t.tester.accepted(ours.listening()).back();
 }
 
-void expect_closed(Trial& t, PortId connection) {
-  if (!t.tester.receive(2 * t.profile.timing.answer_within, [&] { return t.tester.is_closed(connection); })) {
+void expect_closed(Trial& t, PortId made) {
+  if (!t.tester.receive(2 * t.profile.timing.answer_within, [&] { return t.tester.is_closed(made); })) {
     t.different("connection", "closed by the device", "open", nullptr);
   }
 }

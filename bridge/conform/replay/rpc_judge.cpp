@@ -146,7 +146,7 @@ void Replay::judge_session_of_event(const At& at) {
     return;
   }
   Run& run = last->second;
-  run = {session, run.session == session ? run.times + 1 : 1};
+  run = {session, run.session == session ? run.times + 1U : 1U};
   // Twice may be a restart, or one event for two subscriptions at one endpoint.
   check(Rule::rpc_event_session, at, session == 0 || run.times < 3, "Session ID",
         "0, or another one than before", fmt::format("{:#06x}, {} times in a row", session, run.times));

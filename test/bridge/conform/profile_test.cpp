@@ -68,6 +68,11 @@ TEST(Profile, TellsWhereAMistakeIs) {
       errors_of(
           "name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, instance: 1}\n"),
       ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:4:5"), testing::HasSubstr("port"))));
+  EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: 192.0.2.2}\nservices:\n  - {id: 1, "
+                        "instance: 1, udp: 1}\n  - {id: 1, instance: 1, major: 2, udp: 1}\n  - {id: 1, "
+                        "instance: 1, major: 1, udp: 2}\n"),
+              ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:6:5: error: "),
+                                         testing::HasSubstr("than those of a service above"))));
   EXPECT_THAT(errors_of("name: D\nnetwork: {device: 192.0.2.1, tester: \"fd00::2\"}\nservices:\n  - {id: 1, "
                         "instance: 1, udp: 1}\n"),
               ElementsAre(testing::HasSubstr("all of IPv4, or all of IPv6")));
