@@ -57,6 +57,7 @@ void Replay::begin(std::string name, std::function<void(Transport, const Endpoin
   segments_.clear();
   sessions_.clear();
   subscriptions_.clear();
+  subscriber_ports_.clear();
   subscribers_.clear();
 }
 

@@ -93,6 +93,7 @@ class Replay : public traffic::MessageSink {
   void judge_places(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_transports(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void note_served(std::uint16_t service, std::uint8_t major, Transport transport, const Endpoint& endpoint);
+  void judge_subscriber(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_subscription(const At& at, const sd::SdMessage& message, const sd::Entry& entry);
   void judge_pairs(const At& at, const sd::SdMessage& message);
 
@@ -104,10 +105,20 @@ class Replay : public traffic::MessageSink {
   using RequestKey = std::tuple<Endpoint, Endpoint, std::uint32_t, std::uint32_t>;
   /// Client, server, Message ID and Client ID.
   using CallerKey = std::tuple<Endpoint, Endpoint, std::uint32_t, std::uint16_t>;
-  /// What a client has of a TCP port of a server.
-  struct Connections {
-    std::uint16_t current = 0;  ///< the client's port
+  /// Ports that a client uses for one thing. One after another is how it comes back; taking turns shows that
+  /// there are two.
+  struct Ports {
+    std::uint16_t current = 0;
     std::set<std::uint16_t> earlier{};
+
+    /// @return whether this one had its turn before, and another one after it.
+    bool takes_turns(std::uint16_t port) {
+      if (port == current) {
+        return false;
+      }
+      current = port;
+      return !earlier.insert(port).second;
+    }
   };
   /// What the offers of a service name at a host, in the whole of the capture.
   struct Served {
@@ -170,7 +181,7 @@ class Replay : public traffic::MessageSink {
   std::set<std::pair<Endpoint, Endpoint>> talked_;   ///< who has sent something to whom, besides discovery
   std::map<CallerKey, std::uint16_t> last_session_;  ///< of calls
   std::map<traffic::Flow, pcaps::Timestamp> last_cookie_;
-  std::map<std::pair<IpAddress, Endpoint>, Connections> connections_;
+  std::map<std::pair<IpAddress, Endpoint>, Ports> connections_;
   std::map<OfferKey, Offered> offers_;
   std::map<PlaceKey, std::uint16_t> places_;  ///< the instance that is offered there
   std::map<ServedKey, Served> served_;
@@ -180,6 +191,7 @@ class Replay : public traffic::MessageSink {
   std::map<SegmentsKey, Segments> segments_;
   std::map<std::pair<Endpoint, Endpoint>, Sessions> sessions_;
   std::map<SubscriptionKey, Subscription> subscriptions_;
+  std::map<SubscriptionKey, Ports> subscriber_ports_;
   std::set<std::pair<IpAddress, IpAddress>> subscribers_;  ///< who has subscribed at whom
 };
 

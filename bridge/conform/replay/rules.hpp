@@ -74,6 +74,7 @@ enum class Rule : std::uint8_t {
   sd_subscribe_endpoint,
   sd_subscribe_address,
   sd_subscribe_transport,
+  sd_one_subscriber,
   sd_stop_subscribe,
   sd_stop_then_subscribe,
   sd_subscribe_answered,

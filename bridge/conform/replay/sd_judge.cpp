@@ -211,6 +211,7 @@ void Replay::judge_entry(const At& at, const sd::SdMessage& message, const sd::E
     check(Rule::sd_subscribe_address, at, options.addresses == std::set{at.place.flow.from.address},
           "address of the subscription", "that of its sender", text);
     judge_transports(at, message, entry);
+    judge_subscriber(at, message, entry);
   }
   if (is_subscribe || entry.type == EntryType::subscribe_eventgroup_ack) {
     judge_subscription(at, message, entry);

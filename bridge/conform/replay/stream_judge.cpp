@@ -52,13 +52,10 @@ void Replay::judge_connection(const At& at) {
     return;
   }
   const auto& [from, to] = at.place.flow;
-  Connections& all = connections_[{from.address, to}];
+  Ports& all = connections_[{from.address, to}];
   if (from.port != all.current) {
-    // One after another is how a client comes back. Taking turns shows that there are two.
-    check(Rule::tcp_one_connection, at, !all.earlier.contains(from.port),
+    check(Rule::tcp_one_connection, at, !all.takes_turns(from.port),
           "connections to " + someip::to_string(to), "1 at a time", "2 or more");
-    all.earlier.insert(from.port);
-    all.current = from.port;
   }
 }
 

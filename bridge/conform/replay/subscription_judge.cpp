@@ -114,6 +114,22 @@ void Replay::judge_transports(const At& at, const sd::SdMessage& message, const 
   }
 }
 
+void Replay::judge_subscriber(const At& at, const sd::SdMessage& message, const sd::Entry& entry) {
+  const auto& [from, to] = at.place.flow;
+  for (std::size_t position = 0; position < entry.option_count(); ++position) {
+    const auto endpoint = unicast_endpoint(message, entry, position);
+    if (endpoint && endpoint->transport == Transport::udp && endpoint->endpoint.address == from.address &&
+        endpoint->endpoint.port != 0 && subscriber_ports_.size() < most_relations) {
+      Ports& ports = subscriber_ports_[{from.address, to.address, service_and_instance(entry),
+                                        value(entry.eventgroup()), entry.counter()}];
+      check(Rule::sd_one_subscriber, at, !ports.takes_turns(endpoint->endpoint.port),
+            fmt::format("ports that subscribe to eventgroup {:#06x}", value(entry.eventgroup())),
+            "1 at a time", "2 or more");
+      return;
+    }
+  }
+}
+
 void Replay::judge_subscription(const At& at, const sd::SdMessage& message, const sd::Entry& entry) {
   const auto& [from, to] = at.place.flow;
   const EntryKind kind = entry.kind();

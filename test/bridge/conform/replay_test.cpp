@@ -555,6 +555,21 @@ TEST(Replay, FindsSubscriptionsThatCannotWork) {
   EXPECT_THAT(broken_by(none), ElementsAre("sd.entries"));
 }
 
+TEST(Replay, FindsTwoSubscribersOfOneHostThatTakeTurns) {
+  const auto ports = [](std::initializer_list<std::uint16_t> all) {
+    Capture capture;
+    std::uint16_t session = 0;
+    for (const std::uint16_t port : all) {
+      SdStimulus one = subscribe();
+      one.options = {endpoint_option({client.address, port}, Transport::udp)};
+      capture.add(sd(one, ++session), client_sd, server_sd).add(sd(ack(), session), server_sd, client_sd);
+    }
+    return capture.broken();
+  };
+  EXPECT_THAT(ports({1, 1, 2, 2}), IsEmpty());  // it was restarted
+  EXPECT_THAT(ports({1, 2, 1}), ElementsAre("sd.one-subscriber"));
+}
+
 Call event() {
   Call call = request();
   call.method = someip::MethodId{0x8001};
