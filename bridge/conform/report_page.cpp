@@ -50,8 +50,11 @@ std::string page_data(const RunResult& run, const RunInfo& info) {
   }
   Json rows = Json::array();
   for (const RequirementRow& row : requirements()) {
-    rows.push_back(
-        {{"id", row.id}, {"area", row.area}, {"testable", row.testable}, {"summary", row.summary}});
+    rows.push_back({{"id", row.id},
+                    {"area", row.area},
+                    {"testable", row.testable},
+                    {"summary", row.summary},
+                    {"why_no_case", row.why_no_case}});
   }
   data["requirements"] = rows;
   data["tc8"] = tc8;

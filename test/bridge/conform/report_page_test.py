@@ -117,6 +117,10 @@ class Page(unittest.TestCase):
         self.assertEqual(self.shown(), ["sd.offer.ttl"])
         self.browser.click("#requirement button")
         self.assertGreater(len(self.shown()), 10)
+        # One without a case says why.
+        self.browser.click(".square[data-id=feat_req_someipsd_23]")
+        self.browser.wait_for_text("#requirement", "There is no case: the tester cannot take the link away")
+        self.browser.click("#requirement button")
 
     def test_opens_the_case_that_the_address_names(self):
         self.browser.open("about:blank")

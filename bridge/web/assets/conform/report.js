@@ -52,6 +52,11 @@ function stateOf(row) {
   return row.testable === "no" ? "rule" : "none";
 }
 
+/// What a requirement says, and why no case is about it where that is so.
+function summaryOf(row) {
+  return row.summary + (row.why_no_case && !casesOf.has(row.id) ? ` There is no case: ${row.why_no_case}.` : "");
+}
+
 const squares = [];
 function buildMap() {
   const areas = new Map();
@@ -62,7 +67,7 @@ function buildMap() {
     for (const row of rows) {
       const state = stateOf(row);
       counts[state] = (counts[state] || 0) + 1;
-      const label = `${row.id}: ${LEGEND[state]}. ${row.summary}`;
+      const label = `${row.id}: ${LEGEND[state]}. ${summaryOf(row)}`;
       const square = make("button", {
         type: "button", className: `square ${state}`, title: label, "aria-label": label, "aria-pressed": "false", tabIndex: squares.length ? -1 : 0,
         textContent: MARKS[state] || "",
@@ -95,7 +100,7 @@ function chooseRequirement(id) {
   requirement = id;
   for (const square of squares) square.setAttribute("aria-pressed", String(square.dataset.id === id));
   const row = data.requirements.find((one) => one.id === id);
-  $("requirement").replaceChildren(...(row ? [make("code", {textContent: row.id}), ` ${row.summary} `, make("button", {
+  $("requirement").replaceChildren(...(row ? [make("code", {textContent: row.id}), ` ${summaryOf(row)} `, make("button", {
     type: "button", textContent: "all requirements", onclick: () => chooseRequirement(null),
   })] : []));
   showCases();
