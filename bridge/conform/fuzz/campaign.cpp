@@ -103,6 +103,7 @@ class Campaign {
 
   bool await_device();
   bool start_anew();
+  void stop_device();
   void learn_offers();
   void learn_offer(const SeenEntry& seen);
   void learn_services();
@@ -536,6 +537,15 @@ void Campaign::tell_progress() {
   }
 }
 
+/// A device that cannot be stopped takes no findings along.
+void Campaign::stop_device() {
+  try {
+    device_.stop();
+  } catch (const std::runtime_error& error) {
+    result_.gave_up += (result_.gave_up.empty() ? "" : "; ") + std::string{error.what()};
+  }
+}
+
 FuzzResult Campaign::run() {
   result_.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   device_.start();
@@ -545,7 +555,7 @@ FuzzResult Campaign::run() {
       result_.gave_up =
           "the device does not answer after its start; look at the addresses in the profile, at "
           "firewalls and routes, and at device.log";
-      device_.stop();
+      stop_device();
       return result_;
     }
     learn_offers();
@@ -583,10 +593,15 @@ FuzzResult Campaign::run() {
     result_.gave_up = "the device " + ended.how + " right after its start; see device.log";
   } catch (const Cancelled&) {
     result_.cancelled = true;
+  } catch (const TesterError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    // Of a command, or a person, that was to start the device anew. What was found until then is there.
+    result_.gave_up = error.what();
   }
   watching_ = false;
   tester_.watch([] {});
-  device_.stop();
+  stop_device();
   result_.done.since_begin = elapsed();
   if (!times_.empty()) {
     std::ranges::nth_element(times_, times_.begin() + static_cast<std::ptrdiff_t>(times_.size() / 2));

@@ -86,6 +86,13 @@ class Fuzz(unittest.TestCase):
         self.assertEqual(self.results()["sequences"], 150)
         self.assertGreater(self.results()["answers"], 10)
 
+    def test_keeps_what_it_has_when_the_device_cannot_be_stopped(self):
+        profile = self.folder / "profile.yaml"
+        profile.write_text(PROFILE.read_text().replace('lifecycle:\n', 'lifecycle:\n  stop: "false"\n', 1))
+        text = self.fuzz("--seconds", 60, "--sequences", 20, dut=profile, status=1)
+        self.assertIn("ended early: 'false' failed", text)
+        self.assertEqual(self.results()["sequences"], 20)
+
     def test_says_what_is_wrong_with_a_description(self):
         broken = self.folder / "broken.fidl"
         broken.write_text("package p interface")
