@@ -562,7 +562,8 @@ TEST(Replay, FindsTwoSubscribersOfOneHostThatTakeTurns) {
     for (const std::uint16_t port : all) {
       SdStimulus one = subscribe();
       one.options = {endpoint_option({client.address, port}, Transport::udp)};
-      capture.add(sd(one, ++session), client_sd, server_sd).add(sd(ack(), session), server_sd, client_sd);
+      ++session;
+      capture.add(sd(one, session), client_sd, server_sd).add(sd(ack(), session), server_sd, client_sd);
     }
     return capture.broken();
   };
