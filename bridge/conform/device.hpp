@@ -45,7 +45,7 @@ class Device {
   std::string log_;
   std::string fault_;
   pid_t process_ = 0;
-  int status_ = 0;  ///< of the shell that start() began, once it has ended
+  int status_ = 0;      ///< of the shell that start() began, once it has ended
   bool is_on_ = false;  ///< a person was asked to start it, and not yet to stop it
 };
 
