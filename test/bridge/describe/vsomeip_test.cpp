@@ -157,6 +157,38 @@ TEST(ReadVsomeip, ReadsWhatOlderReleasesHad) {
   EXPECT_EQ(reading.model.instances[1].service, "service_0007");
 }
 
+/// The times of service discovery stood in groups of services, in other words.
+TEST(ReadVsomeip, ReadsTheDelaysOfGroups) {
+  const auto timing_of = [](const std::string& discovery) {
+    const Reading reading = read_one(R"({
+      "servicegroups": [{"name": "default",
+        "delays": {"initial": {"minimum": "15", "maximum": "150"}, "repetition-base": "250",
+                   "repetition-max": "7", "cyclic-offer": "2132", "cyclic-request": "2001", "ttl": "5"},
+        "services": [{"service": "0x1234", "instance": "0x22", "unreliable": "31000"}]}])" +
+                                     discovery + "}");
+    EXPECT_THAT(told(reading), IsEmpty());
+    EXPECT_THAT(reading.model.instances, SizeIs(1));
+    return reading.model.instances.at(0).timing;
+  };
+  const sd::Timing expected{.initial_delay_min = 15ms,
+                            .initial_delay_max = 150ms,
+                            .repetitions_base_delay = 250ms,
+                            .repetitions_max = 7,
+                            .cyclic_offer_delay = 2132ms,
+                            .request_response_delay_min = 0ms,
+                            .request_response_delay_max = 2001ms,
+                            .ttl_s = 5};
+  EXPECT_EQ(timing_of(""), expected);
+  // What is said in both is as in the newer words.
+  sd::Timing other = expected;
+  other.cyclic_offer_delay = 500ms;
+  EXPECT_EQ(timing_of(R"(, "service-discovery": {"cyclic_offer_delay": "500"})"), other);
+  const Reading wrong = read_one(R"({"servicegroups": [{"delays": {"initial": {"maxi": "1"},
+    "ttl": "soon"}, "services": []}]})");
+  EXPECT_THAT(told(wrong), ElementsAre(AllOf(HasSubstr("config/car.json:1:"), HasSubstr("'maxi'")),
+                                       AllOf(HasSubstr("config/car.json:2:12"), HasSubstr("ttl"))));
+}
+
 TEST(ReadVsomeip, TellsAllThatIsWrongWithPlaces) {
   const Reading reading = read_one(R"({
   "unicast": "192.168.0.300",

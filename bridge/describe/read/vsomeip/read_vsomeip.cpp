@@ -184,6 +184,13 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
   if (const auto own = address(root.find("unicast"), "the host's address"); own && !settings_.address) {
     settings_.address = own;
   }
+  // Before the settings of service discovery, which hold where both say something.
+  each(root.find("servicegroups"), "a group of services", JsonNode::Kind::object,
+       [this](const JsonNode& group) {
+         if (const JsonNode* node = object(group.find("delays"), "delays")) {
+           delays(*node);
+         }
+       });
   if (const JsonNode* node = object(root.find("service-discovery"), "settings of service discovery")) {
     discovery(*node);
   }
@@ -227,16 +234,51 @@ void VsomeipReader::discovery(const JsonNode& node) {
   time("repetitions_base_delay", timing.repetitions_base_delay);
   time("cyclic_offer_delay", timing.cyclic_offer_delay);
   time("request_response_delay", timing.request_response_delay_max);
-  if (const auto max = number(node.find("repetitions_max"), "repetitions_max", 0, 0xffff'ffff)) {
-    timing.repetitions_max = static_cast<std::uint8_t>(std::min<std::uint64_t>(*max, 255));
+  repetitions(node.find("repetitions_max"), "repetitions_max");
+  ttl(node.find("ttl"));
+}
+
+void VsomeipReader::repetitions(const JsonNode* node, const std::string& what) {
+  if (const auto max = number(node, what, 0, 0xffff'ffff)) {
+    settings_.timing.repetitions_max = static_cast<std::uint8_t>(std::min<std::uint64_t>(*max, 255));
   }
-  if (const auto ttl = number(node.find("ttl"), "ttl", 0, 0xffff'ffff)) {
+}
+
+void VsomeipReader::ttl(const JsonNode* node) {
+  if (const auto ttl = number(node, "ttl", 0, 0xffff'ffff)) {
     constexpr std::uint64_t forever = 0xff'ffff;
     if (*ttl > forever) {
-      warning(*node.find("ttl"), "an entry has 24 bits for its ttl: 0xffffff is taken, which is for ever");
+      warning(*node, "an entry has 24 bits for its ttl: 0xffffff is taken, which is for ever");
     }
-    timing.ttl_s = *ttl == 0 ? vsomeip_timing.ttl_s : static_cast<std::uint32_t>(std::min(*ttl, forever));
+    settings_.timing.ttl_s =
+        *ttl == 0 ? vsomeip_timing.ttl_s : static_cast<std::uint32_t>(std::min(*ttl, forever));
   }
+}
+
+/// What vsomeip 1 had in place of "service-discovery". Later releases read it, too, and like here not for the
+/// group alone.
+void VsomeipReader::delays(const JsonNode& node) {
+  check_keys(node, vsomeip_keys::delays);
+  sd::Timing& timing = settings_.timing;
+  const auto time = [&](const JsonNode* value, const char* what, Duration& to) {
+    if (const auto delay = milliseconds(value, what)) {
+      to = *delay;
+    }
+  };
+  if (const JsonNode* initial = object(node.find("initial"), "initial delays")) {
+    check_keys(*initial, vsomeip_keys::initial_delays);
+    const auto either = [&](const char* one, const char* other) {
+      const JsonNode* found = initial->find(one);
+      return found == nullptr ? initial->find(other) : found;
+    };
+    time(either("minimum", "min"), "the least initial delay", timing.initial_delay_min);
+    time(either("maximum", "max"), "the greatest initial delay", timing.initial_delay_max);
+  }
+  time(node.find("repetition-base"), "repetition-base", timing.repetitions_base_delay);
+  time(node.find("cyclic-offer"), "cyclic-offer", timing.cyclic_offer_delay);
+  time(node.find("cyclic-request"), "cyclic-request", timing.request_response_delay_max);
+  repetitions(node.find("repetition-max"), "repetition-max");
+  ttl(node.find("ttl"));
 }
 
 void VsomeipReader::npdu_defaults(const JsonNode& node) {

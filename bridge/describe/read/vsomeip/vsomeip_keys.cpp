@@ -86,6 +86,9 @@ constexpr std::array npdu_names{
     Name{"max-retention-time-response"},
 };
 constexpr std::array group_names{Name{"delays"}, Name{"name"}, Name{"services"}, Name{"unicast"}};
+constexpr std::array delay_names{Name{"cyclic-offer"},    Name{"cyclic-request"}, Name{"initial"},
+                                 Name{"repetition-base"}, Name{"repetition-max"}, Name{"ttl"}};
+constexpr std::array initial_delay_names{Name{"max"}, Name{"maximum"}, Name{"min"}, Name{"minimum"}};
 constexpr std::array service_names{Name{"debounce-times"}, Name{"eventgroups"}, Name{"events"},
                                    Name{"instance"},       Name{"multicast"},   Name{"protocol"},
                                    Name{"reliable"},       Name{"service"},     Name{"someip-tp"},
@@ -127,6 +130,8 @@ const VsomeipKeys root{"a vsomeip configuration", root_names};
 const VsomeipKeys discovery{"the settings of service discovery", discovery_names};
 const VsomeipKeys npdu_defaults{"the times of nPDUs", npdu_names};
 const VsomeipKeys group_of_services{"a group of services", group_names};
+const VsomeipKeys delays{"the delays of a group of services", delay_names};
+const VsomeipKeys initial_delays{"the initial delays of a group of services", initial_delay_names};
 const VsomeipKeys service{"a service", service_names};
 const VsomeipKeys port{"a port", port_names};
 const VsomeipKeys event{"an event", event_names};

@@ -16,6 +16,8 @@ extern const VsomeipKeys root;
 extern const VsomeipKeys discovery;
 extern const VsomeipKeys npdu_defaults;
 extern const VsomeipKeys group_of_services;
+extern const VsomeipKeys delays;
+extern const VsomeipKeys initial_delays;
 extern const VsomeipKeys service;
 extern const VsomeipKeys port;
 extern const VsomeipKeys event;

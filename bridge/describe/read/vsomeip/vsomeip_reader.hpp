@@ -99,6 +99,9 @@ class VsomeipReader {
 
   // What the parts of a configuration mean.
   void discovery(const JsonNode& node);
+  void delays(const JsonNode& node);
+  void repetitions(const JsonNode* node, const std::string& what);
+  void ttl(const JsonNode* node);
   void npdu_defaults(const JsonNode& node);
   void services(const JsonNode* node);
   void service(const JsonNode& node);
