@@ -197,5 +197,44 @@ TEST(WriteRoutes, ListsTheNamesThatTheFileDoesNotHave) {
   EXPECT_THAT(lines_of(write_routes(model, lowered, {.interfaces = {"Lamp.fidl"}}).not_carried), IsEmpty());
 }
 
+/// A client learns by service discovery where an instance is, and messages of routes do not wait for others.
+TEST(WriteRoutes, ListsTheSettingsThatTheFileDoesNotHave) {
+  Model model = lamp();
+  Field& colour = model.services[0].fields[0];
+  colour.getter_transfer.retention = colour.notifier_transfer.retention = std::chrono::milliseconds{5};
+  Instance& front = model.instances[0];
+  front.address = IpAddress::v4(192, 168, 7, 9);
+  front.udp_port = 30511;
+  front.tcp_port = 30510;
+  front.multicast = {{someip::EventgroupId{5}, {IpAddress::v4(239, 1, 1, 1), 40001}, 3}};
+  const auto lost = [&](const RouteFileOptions& options) {
+    std::vector<std::string> lines = lines_of(write_routes(model, lower(model), options).not_carried);
+    std::erase_if(lines, [](const std::string& line) {
+      return line.find("its minor version") != std::string::npos ||
+             line.find("its package") != std::string::npos;
+    });
+    return lines;
+  };
+  const std::string usual =
+      "Lamp: that messages wait up to 5 ms for others, as CommonAPI has it where nobody says otherwise";
+  EXPECT_THAT(lost({}), ElementsAre(usual,
+                                    "car.Lamp 0x0001: where it is, which service discovery tells a client: "
+                                    "192.168.7.9, UDP port 30511, TCP port 30510",
+                                    "car.Lamp 0x0001: its multicast groups, which the server tells a client: "
+                                    "0x0005 at 239.1.1.1:40001 from 3 on"));
+  // The description beside it has all of them.
+  EXPECT_THAT(lost({.interfaces = {"Lamp.fidl"}}), IsEmpty());
+  // A server has the ports and the groups.
+  front.tcp_port.reset();
+  front.multicast[0].threshold = 0;
+  EXPECT_THAT(lost({.routes = {.side = Side::server}}),
+              ElementsAre(usual, "car.Lamp 0x0001: where it is: the bridge has its own address: 192.168.7.9",
+                          "car.Lamp 0x0001: its multicast groups that nothing is sent to: 0x0005 at "
+                          "239.1.1.1:40001 from 0 on"));
+  // Times that somebody chose are told of the member, also those of requests and answers.
+  colour.setter_transfer.retention = std::chrono::milliseconds{7};
+  EXPECT_THAT(lost({}), Contains("Lamp.colour: its times of collecting several messages"));
+}
+
 }  // namespace
 }  // namespace trestle::describe

@@ -518,11 +518,13 @@ Value Types::build_alias(const Node& node, const Value& target) {
   if (type.kind == Kind::primitive && standard_primitive(name) == type.primitive) {
     return value;
   }
-  if (number.minimum || number.invalid_value) {
+  if (number.minimum || number.maximum || number.invalid_value) {
     number.name = name;
     number.scope = Tree::scope(node);
-    number.minimum = number.minimum ? number.minimum : type.minimum;
-    number.maximum = number.maximum ? number.maximum : type.maximum;
+    if (!number.minimum && !number.maximum) {
+      number.minimum = type.minimum;
+      number.maximum = type.maximum;
+    }
     number.invalid_value = number.invalid_value ? number.invalid_value : type.invalid_value;
     number.notes = std::exchange(value.notes, {});
     number.wire = target.wire;
@@ -637,7 +639,10 @@ void Types::add_numbers(const Node& node, const Node* implementation, Type& type
       const auto [least, most] = range(type.primitive);
       const auto low = limit(limits->child("LOWER-LIMIT"_tag), 1);
       const auto high = limit(limits->child("UPPER-LIMIT"_tag), -1);
-      if (low && high && (*low != least || *high != most) && *low <= *high && !type.minimum) {
+      const std::int64_t lowest = low.value_or(least);
+      const std::int64_t highest = high.value_or(most);
+      // One of them may be missing.
+      if ((lowest != least || highest != most) && lowest <= highest && !type.minimum && !type.maximum) {
         type.minimum = low;
         type.maximum = high;
       }

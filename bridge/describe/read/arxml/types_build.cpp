@@ -70,7 +70,7 @@ Value Types::build_value(const Node& node, const Frame& frame) {
   }
   const bool plain_one = standard_primitive(node.name) == *primitive;
   const bool is_element = to_string(node.tag).ends_with("-ELEMENT");
-  const bool says_nothing = !number.minimum && !number.invalid_value && notes == Notes{};
+  const bool says_nothing = !number.minimum && !number.maximum && !number.invalid_value && notes == Notes{};
   Value value = unnamed(std::move(number), frame);
   if (is_element || (plain_one && (says_nothing || !is_application(node)))) {
     value.notes = std::move(notes);

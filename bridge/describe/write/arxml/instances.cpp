@@ -5,7 +5,7 @@
 
 namespace trestle::describe::arxml_writer {
 
-std::string Writer::timing_path(const sd::Timing& timing, bool server, const std::string& name) {
+std::string Writer::timing_path(const sd::Timing& timing, bool server, const std::string& name, Place place) {
   const std::string package = std::string{own} + "/Sd";
   const std::string unique = packages_.unique(package, name);
   const std::string tag =
@@ -32,7 +32,7 @@ std::string Writer::timing_path(const sd::Timing& timing, bool server, const std
   if (!server && (timing.cyclic_offer_delay != sd::Timing{}.cyclic_offer_delay ||
                   timing.request_response_delay_max != sd::Timing{}.request_response_delay_max ||
                   timing.request_response_delay_min != sd::Timing{}.request_response_delay_min)) {
-    lost(name, "delays of offers and answers, which a client has none of");
+    lost(name, "delays of offers and answers, which a client has none of", place);
   }
   return package + "/" + unique;
 }
@@ -116,7 +116,7 @@ void Writer::write_instances() {
       }
       if (instance.timing) {
         xml.reference("SD-SERVER-CONFIG-REF", "SOMEIP-SD-SERVER-SERVICE-INSTANCE-CONFIG",
-                      timing_path(*instance.timing, true, name));
+                      timing_path(*instance.timing, true, name, instance.place));
       }
       if (instance.id) {
         xml.leaf("SERVICE-INSTANCE-ID", std::to_string(someip::value(*instance.id)));
@@ -147,7 +147,7 @@ void Writer::write_instances() {
                instance.id ? std::to_string(someip::value(*instance.id)) : "ALL");
       if (instance.timing) {
         xml.reference("SD-CLIENT-CONFIG-REF", "SOMEIP-SD-CLIENT-SERVICE-INSTANCE-CONFIG",
-                      timing_path(*instance.timing, false, name));
+                      timing_path(*instance.timing, false, name, instance.place));
       }
       if (!instance.multicast.empty() || instance.priority || instance.weight) {
         lost(label, "groups, priority and weight, which only servers have", instance.place);

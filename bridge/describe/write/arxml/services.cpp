@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/describe/collecting.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/member_names.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
@@ -271,10 +272,10 @@ void Writer::write_transfer(Xml& xml, const Transfer& transfer, const std::strin
 }
 
 void Writer::collecting_times(const Transfer& transfer, const std::string& element, const Place& place) {
-  // CommonAPI's times where nobody wrote others: nothing that somebody would miss.
-  constexpr std::chrono::milliseconds usual_retention{5};
-  if (transfer.debounce.count() != 0 ||
-      (transfer.retention.count() != 0 && transfer.retention != usual_retention)) {
+  // CommonAPI's time where nobody wrote another one is told once of a service, not of each of its members.
+  if (is_usual_collecting(transfer)) {
+    has_usual_times_ = true;
+  } else if (is_collected(transfer)) {
     lost(element, "its times of collecting several messages", place);
   }
 }
@@ -600,6 +601,9 @@ void Writer::write_deployment(const Service& service, const std::string& service
   }
   xml.close();
   packages_.add(package, name, xml.text());
+  if (std::exchange(has_usual_times_, false)) {
+    lost(full, std::string{usual_collecting}, service.place);
+  }
 }
 
 ArxmlFile Writer::write() {

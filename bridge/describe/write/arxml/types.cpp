@@ -218,7 +218,7 @@ void Writer::number_properties(Xml& xml, const Type& number, const std::string& 
                                const std::string& compu) {
   const std::string base = base_type(number.primitive);
   std::string constraint;
-  if (number.minimum && number.maximum) {
+  if (number.minimum || number.maximum) {
     const std::string package = std::string{own} + "/Constraints";
     const std::string unique = packages_.unique(package, name);
     Xml rule;
@@ -227,8 +227,12 @@ void Writer::number_properties(Xml& xml, const Type& number, const std::string& 
     rule.open("DATA-CONSTR-RULES");
     rule.open("DATA-CONSTR-RULE");
     rule.open("INTERNAL-CONSTRS");
-    rule.leaf("LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.minimum));
-    rule.leaf("UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.maximum));
+    if (number.minimum) {
+      rule.leaf("LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.minimum));
+    }
+    if (number.maximum) {
+      rule.leaf("UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(*number.maximum));
+    }
     rule.close();
     rule.close();
     rule.close();
@@ -280,7 +284,8 @@ const std::string& Writer::path_of(TypeIndex wanted, std::uint32_t size) {
     return known->second;
   }
   const Type& type = model_.at(index);
-  if (type.name.empty() && type.kind == Kind::primitive && !type.minimum && !type.invalid_value) {
+  if (type.name.empty() && type.kind == Kind::primitive && !type.minimum && !type.maximum &&
+      !type.invalid_value) {
     return type_paths_[key] = primitive_path(type.primitive);
   }
   if (const TypeIndex first = first_of(model_, index); first != index && !type.name.empty()) {

@@ -153,7 +153,8 @@ class Writer {
 
   // instances.cpp
   void write_instances();
-  [[nodiscard]] std::string timing_path(const sd::Timing& timing, bool server, const std::string& name);
+  [[nodiscard]] std::string timing_path(const sd::Timing& timing, bool server, const std::string& name,
+                                        Place place);
 
   // protection.cpp
   void note_protections(const Service& service, const std::string& deployment);
@@ -192,6 +193,7 @@ class Writer {
   /// Of each service: to short names.
   std::map<std::string, std::map<std::string, std::string>> member_names_{};
   std::optional<Prototype> root_{};  ///< of an event whose arguments are members of a structure
+  bool has_usual_times_ = false;     ///< of the service that is deployed: usual_collecting
   std::uint32_t errors_ = 0;
   std::size_t special_count_ = 0;
   std::size_t rule_steps_ = 0;

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bridge/describe/collecting.hpp"
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/member_names.hpp"
@@ -157,7 +158,8 @@ class Entries {
     put_tp(node, event.name, event.transfer, event.place);
     put_protection(node, event.e2e, false, "");
     put_wire(node, lowered->rules);
-    tell_of_sending(event.name, event.eventgroups, event.cycle, event.transfer, event.place);
+    tell_of_sending(event.name, event.eventgroups, event.cycle, event.place);
+    tell_of_times(event.name, {&event.transfer}, event.place);
     if (!event.selector.empty()) {
       lacks(event.name, "its selector " + event.selector, event.place);
     }
@@ -202,6 +204,7 @@ class Entries {
     if (!method.fire_and_forget && has_other_segments(method.request_transfer, method.response_transfer)) {
       lacks(method.name, "other segments of the answer than of the request", method.place);
     }
+    tell_of_times(method.name, {&method.request_transfer, &method.response_transfer}, method.place);
     if (!method.selector.empty()) {
       lacks(method.name, "its selector " + method.selector, method.place);
     }
@@ -275,8 +278,14 @@ class Entries {
     }
     put_wire(node, lowered->rules);
     if (field.has_notifier) {
-      tell_of_sending(field.name, field.eventgroups, field.cycle, field.notifier_transfer, field.place);
+      tell_of_sending(field.name, field.eventgroups, field.cycle, field.place);
     }
+    const Transfer none;
+    tell_of_times(field.name,
+                  {field.has_notifier ? &field.notifier_transfer : &none,
+                   field.has_getter ? &field.getter_transfer : &none,
+                   field.has_setter ? &field.setter_transfer : &none},
+                  field.place);
     std::vector<const Transfer*> transfers;
     for (const auto& [there, transfer] : {std::pair{field.has_getter, &field.getter_transfer},
                                           {field.has_setter, &field.setter_transfer},
@@ -352,18 +361,19 @@ class Entries {
   }
   /// What routes do not have of an event or a notifier.
   void tell_of_sending(const std::string& member, const std::vector<someip::EventgroupId>& eventgroups,
-                       const std::optional<std::chrono::microseconds>& cycle, const Transfer& transfer,
-                       const Place& place) {
+                       const std::optional<std::chrono::microseconds>& cycle, const Place& place) {
     if (eventgroups.size() > 1) {
       lacks(member, "all eventgroups but the first one", place);
     }
     if (cycle) {
       lacks(member, "its cycle", place);
     }
-    // CommonAPI's times where nobody wrote others: nothing that somebody would miss.
-    constexpr std::chrono::milliseconds usual_retention{5};
-    if (transfer.debounce.count() != 0 ||
-        (transfer.retention.count() != 0 && transfer.retention != usual_retention)) {
+  }
+  /// Once of a member. Of CommonAPI's time where nobody wrote another one, tell_of_settings() tells.
+  void tell_of_times(const std::string& member, std::initializer_list<const Transfer*> all,
+                     const Place& place) {
+    if (std::ranges::any_of(
+            all, [](const Transfer* one) { return is_collected(*one) && !is_usual_collecting(*one); })) {
       lacks(member, "its times of collecting several messages", place);
     }
   }

@@ -2,6 +2,7 @@
 //
 //   route_entries.hpp  what one member of a service is in a route file, as YAML
 //   action_entries.hpp  the parts of an action as one entry
+//   lost_names.hpp, lost_settings.hpp  what a file lacks that does not name the descriptions
 //   write_routes.hpp   a whole file
 //
 // A bridge that is given descriptions in place of a file takes the same entries: what is written and what is

@@ -8,6 +8,7 @@
 
 #include "bridge/describe/write/routes/action_entries.hpp"
 #include "bridge/describe/write/routes/lost_names.hpp"
+#include "bridge/describe/write/routes/lost_settings.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
@@ -58,6 +59,7 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   std::vector<RouteEntry> entries = route_entries(model, lowered, options.routes, written.not_carried);
   if (options.interfaces.empty()) {
     tell_of_names(model, lowered, entries, written.not_carried);
+    tell_of_settings(model, entries, options.routes, written.not_carried);
   }
   join_actions(entries, written.not_carried);
   std::map<std::string, std::size_t> counts;

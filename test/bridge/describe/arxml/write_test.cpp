@@ -15,6 +15,7 @@ namespace trestle::describe {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -50,6 +51,18 @@ Model everything() {
                                      .scope = "/car/Types",
                                      .element = value("", limited),
                                      .notes = {.description = "how fast & far"}});
+  // Limits that are open on one side.
+  const auto open_limit = [&](std::string name, std::optional<std::int64_t> least,
+                              std::optional<std::int64_t> most) {
+    const TypeIndex type = model.add({.kind = Kind::primitive,
+                                      .primitive = messages::Primitive::int16,
+                                      .minimum = least,
+                                      .maximum = most});
+    return model.add(
+        {.kind = Kind::alias, .name = std::move(name), .scope = "/car/Types", .element = value("", type)});
+  };
+  const TypeIndex at_least = open_limit("AtLeast", -5, std::nullopt);
+  const TypeIndex at_most = open_limit("AtMost", std::nullopt, 77);
   const TypeIndex gear = model.add({.kind = Kind::enumeration,
                                     .name = "Gear",
                                     .scope = "/car/Types",
@@ -109,7 +122,8 @@ Model everything() {
   Event two{.name = "two", .id = someip::MethodId{0x8002}};
   two.payload.byte_order = std::endian::little;
   two.payload.length_fields_always_big = true;
-  two.payload.values = {value("a", u16), value("b", text, text_wire)};
+  two.payload.values = {value("a", u16), value("b", text, text_wire), value("c", at_least),
+                        value("d", at_most)};
   // Tags are looked up in all files where no mapping names a set; so the width before them is known
   // everywhere.
   two.payload.tagged_length = FieldWidth::bits16;
@@ -423,6 +437,26 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   EXPECT_THAT(
       lost, Contains(testing::AllOf(Field(&NotCarried::element, "Door." + model.services[0].fields[0].name),
                                     Field(&NotCarried::what, "that its id has no bit 15: readers set it"))));
+}
+
+TEST(WriteArxml, ListsTimesOfCollectingOnceWhereNobodyChoseThem) {
+  Model model = everything();
+  Service& door = model.services[0];
+  EXPECT_THAT(write_arxml(model).not_carried, IsEmpty());
+  for (Event& event : door.events) {
+    event.transfer.retention = 5ms;
+  }
+  const std::string usual =
+      "/car/Door: that messages wait up to 5 ms for others, as CommonAPI has it where nobody says otherwise";
+  EXPECT_THAT(lines_of(write_arxml(model).not_carried), ElementsAre(usual));
+  door.events[0].transfer.retention = 4ms;
+  door.methods[0].response_transfer.retention = 5ms;
+  door.methods[0].response_transfer.debounce = 1ms;
+  door.fields[0].getter_transfer.retention = 3ms;
+  EXPECT_THAT(lines_of(write_arxml(model).not_carried),
+              ElementsAre("Door.changed: its times of collecting several messages",
+                          "Door.open (answer): its times of collecting several messages",
+                          "Door.level.get: its times of collecting several messages", usual));
 }
 
 /// Rules hold for an element with all its arrays: what two of them need differently is never written without
