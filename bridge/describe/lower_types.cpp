@@ -102,6 +102,8 @@ std::string fields_text(const Shape& shape) {
 /// A line about enumerators that are called otherwise as constants.
 class NewNames {
  public:
+  /// @param what  "names of enumerators, which as constants are in capitals"
+  explicit NewNames(std::string_view what) : what_{what} {}
   void add(const std::string& was, const std::string& is) {
     constexpr std::size_t most = 20;  // in one line
     if (++count_ <= most) {
@@ -111,11 +113,10 @@ class NewNames {
     }
   }
   [[nodiscard]] bool empty() const { return count_ == 0; }
-  [[nodiscard]] std::string text() const {
-    return "names of enumerators, which as constants are in capitals: " + text_ + more_;
-  }
+  [[nodiscard]] std::string text() const { return fmt::format("{}: {}{}", what_, text_, more_); }
 
  private:
+  std::string_view what_;
   std::size_t count_ = 0;
   std::string text_{};
   std::string more_{};
@@ -716,7 +717,7 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
              type->place);
     return;
   }
-  NewNames names;
+  NewNames names{"names of enumerators, which as constants are in capitals"};
   for (const Enumerator& one : all) {
     if (!has_room(type->primitive, one.value)) {
       if (enumerators_told_.insert({type, one.name}).second) {
@@ -734,6 +735,9 @@ void TypeLowering::add_enumerators(Shape& shape, Shape::Use& use, const Value& v
     if (same != shape.constant_at.end()) {
       const messages::Constant& there = shape.definition.constants[same->second];
       if (there.value == constant.value && there.type == constant.type) {
+        if (there.name.substr(prefix.size()) != one.name) {
+          names.add(one.name, there.name);
+        }
         continue;
       }
     }
@@ -767,6 +771,7 @@ void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps
   if (all == constants_.end()) {
     return;
   }
+  NewNames names{"names of constants, which are in capitals"};
   for (const Constant* const one : all->second) {
     const Constant& constant = *one;
     if (constant.type == no_type) {
@@ -779,12 +784,20 @@ void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps
                constant.place);
       continue;
     }
-    add_constant(shape,
-                 {.name = keeps_names ? constant.name : ros_constant_name(constant.name),
-                  .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
-                                     : type.primitive,
-                  .value = constant.value},
-                 full_name(constant.scope, constant.name), constant.notes);
+    const std::string& name =
+        add_constant(shape,
+                     {.name = keeps_names ? constant.name : ros_constant_name(constant.name),
+                      .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
+                                         : type.primitive,
+                      .value = constant.value},
+                     full_name(constant.scope, constant.name), constant.notes);
+    if (name != constant.name) {
+      names.add(constant.name, name);
+    }
+  }
+  if (!names.empty()) {
+    const Constant& first = *all->second.front();
+    into_.renamed.push_back({scope.empty() ? first.name : std::string{scope}, names.text(), first.place});
   }
 }
 

@@ -14,6 +14,7 @@
 
 #include "bridge/carry/config/elements.hpp"
 #include "bridge/describe/model_source.hpp"
+#include "bridge/describe/package_faults.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/describe/write/routes/action_entries.hpp"
@@ -89,7 +90,9 @@ Generate load_generate(const YAML::Node& node, documents::Problems& problems) {
   return generate;
 }
 
+/// @param marks  gets where each of them stands.
 std::vector<std::string> paths_of(const YAML::Node& node, const std::string& file,
+                                  std::map<std::string, documents::Mark>& marks,
                                   documents::Problems& problems) {
   std::vector<std::string> paths;
   if (!node.IsSequence() || node.size() == 0) {
@@ -104,6 +107,7 @@ std::vector<std::string> paths_of(const YAML::Node& node, const std::string& fil
     }
     // An absolute path replaces the folder.
     paths.push_back((std::filesystem::path{file}.parent_path() / one.Scalar()).lexically_normal().string());
+    marks.emplace(paths.back(), documents::to_mark(one.Mark()));
   }
   return paths;
 }
@@ -489,10 +493,16 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   }
   const documents::Mark mark = documents::to_mark(interfaces.Mark());
   std::vector<documents::Problem> unreadable;
+  std::map<std::string, documents::Mark> marks;
   const std::vector<describe::SourceText> sources =
-      describe::load_sources(paths_of(interfaces, file, problems), unreadable);
+      describe::load_sources(paths_of(interfaces, file, marks, problems), unreadable);
   for (const documents::Problem& problem : unreadable) {
-    problems.error(mark, fmt::format("interfaces: {} {}", documents::quote_path(problem.file), problem.text));
+    const auto at = marks.find(problem.file);
+    std::error_code error;
+    const bool is_there = std::filesystem::exists(problem.file, error);
+    problems.error(at == marks.end() ? mark : at->second,
+                   fmt::format("interfaces: {} {}{}", documents::quote_path(problem.file), problem.text,
+                               is_there ? "" : "; names are taken from the folder of this file"));
   }
   // What is wrong with the others is told as well, but where nothing is there, no more is to be said.
   if (problems.has_errors() && sources.empty()) {
@@ -513,6 +523,14 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   }
   types.described.push_back(std::make_shared<describe::ModelSource>(
       system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
+  for (const describe::PackageFault& fault : describe::faults_of_packages(system.model, system.lowered)) {
+    if (fault.is_of_ros) {
+      problems.warning(mark,
+                       fmt::format("interfaces: their package {} has the name of one of ROS 2, which it "
+                                   "hides: ROS nodes have other types under these names",
+                                   documents::quote(fault.package)));
+    }
+  }
   Expansion expansion{system, generate.options, problems};
   const auto has_routes = [&root] {
     return std::ranges::any_of(std::array{"routes", "methods", "fields", "actions", "patterns"},

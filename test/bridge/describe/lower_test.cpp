@@ -126,6 +126,18 @@ TEST(Lower, MakesConstantsOfEnumerations) {
   EXPECT_THAT(lines_of(lower(model).renamed)[0], ::testing::EndsWith("n19 is LEVEL_N19 and 5 more"));
 }
 
+TEST(Lower, TellsWhichConstantsGetOtherNames) {
+  Model model;
+  const TypeIndex number = model.add({.kind = Kind::primitive});
+  model.constants = {{.name = "LIMIT", .type = number, .value = "1", .scope = "org.test"},
+                     {.name = "e0", .type = number, .value = "2", .scope = "org.test", .place = {0, {3, 5}}}};
+  const Lowered lowered = lower(model);
+  EXPECT_THAT(lines_of(lowered.renamed),
+              ::testing::ElementsAre("org.test: names of constants, which are in capitals: e0 is E0"));
+  model.constants.pop_back();
+  EXPECT_THAT(lower(model).renamed, IsEmpty());
+}
+
 TEST(Lower, FlattensInheritance) {
   Model model;
   const TypeIndex byte = number(model, Primitive::uint8);

@@ -170,16 +170,42 @@ TEST(TypeNames, OfThePlatformAreNotMarked) {
 TEST(TypesInMsgFiles, ThatNothingUsesAreTold) {
   const Model model = read_fidl(
                           "typedef Used is UInt8\narray List of Used\nenumeration Side { LEFT }\n"
-                          "map Map { UInt8 to UInt8 }\ntypedef Again is Used\nstruct S { Used used }\n")
+                          "map Map { UInt8 to UInt8 }\ntypedef Again is Used\nstruct S { Used used }\n"
+                          "struct Animal polymorphic { UInt8 legs }\n")
                           .model;
   std::vector<std::string> lost;
   for (const NotCarried& one : write_msg(model, lower(model)).not_carried) {
     lost.push_back(one.element + ": " + one.what);
   }
   EXPECT_THAT(
-      lost,
-      ElementsAre("car.Door.List: a type that nothing uses", "car.Door.Side: a type that nothing uses",
-                  "car.Door.Map: a type that nothing uses", "car.Door.Again: a type that nothing uses"));
+      lost, ElementsAre("car.Door.List: a type that nothing uses", "car.Door.Side: a type that nothing uses",
+                        "car.Door.Map: a type that nothing uses", "car.Door.Again: a type that nothing uses",
+                        "car.Door.Animal: a polymorphic structure"));
+}
+
+TEST(PackagesOfMsgFiles, ThatHideOthersOrCannotBeBuiltAreTold) {
+  const auto told = [](const std::string& scope, const std::string& ros_name) {
+    Model model;
+    const TypeIndex number = model.add({.kind = Kind::primitive});
+    model.add({.kind = Kind::structure,
+               .name = "Part",
+               .scope = scope,
+               .ros_name = ros_name,
+               .members = {{.name = "a", .type = number}},
+               .place = {0, {7, 3}}});
+    return write_msg(model, lower(model)).not_carried;
+  };
+  const std::vector<NotCarried> of_ros = told("std_msgs", "");
+  ASSERT_EQ(of_ros.size(), 1U);
+  EXPECT_EQ(of_ros[0].element, "std_msgs");
+  EXPECT_THAT(of_ros[0].what, ::testing::HasSubstr("that of a package of ROS 2"));
+  EXPECT_EQ(of_ros[0].place.mark, (documents::Mark{7, 3}));
+  const std::vector<NotCarried> of_cmake = told("test", "");
+  ASSERT_EQ(of_cmake.size(), 1U);
+  EXPECT_THAT(of_cmake[0].what, ::testing::HasSubstr("which CMake keeps for a target of its own"));
+  EXPECT_THAT(told("car", ""), ::testing::IsEmpty());
+  // What was read from ROS is ROS's own.
+  EXPECT_THAT(told("std_msgs", "std_msgs/msg/Part"), ::testing::IsEmpty());
 }
 
 TEST(NamesInMsgFiles, ThatRosHasOtherwiseAreTold) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/describe/package_faults.hpp"
 #include "bridge/messages/types/field_service.hpp"
 
 namespace trestle::describe {
@@ -165,6 +166,22 @@ class LostNotes {
         lost_.push_back({full_name(type.scope, type.name), "a type that nothing uses", type.place});
       }
     }
+    polymorphic_types();
+  }
+
+  /// Those that something uses are in the list; of the others nobody asked for a message.
+  void polymorphic_types() {
+    std::set<std::string> told;
+    for (const NotCarried& one : lost_) {
+      told.insert(one.element);
+    }
+    for (const Type& type : model_.types) {
+      // FIDL's `undefined` is written as one without a scope.
+      if (const std::string name = full_name(type.scope, type.name);
+          type.polymorphic && !type.scope.empty() && told.insert(name).second) {
+        lost_.push_back({name, "a polymorphic structure", type.place});
+      }
+    }
   }
 
   void service(const Service& service, std::size_t index) {
@@ -308,6 +325,9 @@ Written write_msg(const Model& model, const Lowered& lowered) {
                                        services_from_ros.contains(name.substr(0, end)));
   };
   tell_of_names(model, lowered, is_from_ros, written.not_carried);
+  for (PackageFault& fault : faults_of_packages(model, lowered)) {
+    written.not_carried.push_back({fault.package, std::move(fault.what), fault.place});
+  }
   std::map<std::string, Package> packages;
   const auto note_needs = [](Package& package, const std::string& name,
                              const messages::MessageDefinition& message) {

@@ -214,7 +214,10 @@ TEST_F(InterfacesTest, SayWhatIsWrongWithEachFileAtOnce) {
   write("Bad.fidl", "package car\ninterface Bad {\n  attribute Unknown x\n}\n");
   write("Cut.arxml", "<AUTOSAR xmlns=\"http://autosar.org/schema/r4.0\"><AR-PACKAGES>");
   const std::string text = errors("interfaces: [Bad.fidl, Cut.arxml, none.arxml]\ngenerate: all\n");
-  EXPECT_THAT(text, HasSubstr("none.arxml' cannot be read: No such file or directory"));
+  EXPECT_THAT(text,
+              HasSubstr("none.arxml' cannot be read: No such file or directory; names are taken from the "
+                        "folder of this file"));
+  EXPECT_THAT(text, HasSubstr("bridge.yaml:2:35: error: interfaces: '"));
   EXPECT_THAT(text, HasSubstr("Bad.fidl:3:13: error:"));
   EXPECT_THAT(text, HasSubstr("Cut.arxml:1:"));
 }
@@ -390,6 +393,25 @@ TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
   EXPECT_THAT(loaded.warnings.front().text, HasSubstr("ids are missing, of 'car.Door'"));
   ASSERT_THAT(loaded.config.routes, SizeIs(2));
   EXPECT_EQ(loaded.config.routes[0].instance, someip::InstanceId{1});
+}
+
+TEST_F(InterfacesTest, WarnsOfAPackageThatHidesOneOfRos) {
+  write("Lamp.fidl", "package std_msgs\ninterface Lamp { broadcast lit { out { UInt8 level } } }\n");
+  write("Lamp.fdepl", R"(
+import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
+import "Lamp.fidl"
+define org.genivi.commonapi.someip.deployment for interface std_msgs.Lamp {
+  SomeIpServiceID = 0x1235
+  broadcast lit { SomeIpEventID = 0x8002 SomeIpEventGroups = { 5 } }
+}
+define org.genivi.commonapi.someip.deployment for provider as P {
+  instance std_msgs.Lamp { InstanceId = "std_msgs.Lamp" SomeIpInstanceID = 7 }
+}
+)");
+  const Loaded loaded = good("interfaces: [Lamp.fidl, Lamp.fdepl]\ngenerate: all\n");
+  ASSERT_THAT(loaded.warnings, SizeIs(1));
+  EXPECT_THAT(loaded.warnings.front().text,
+              HasSubstr("their package 'std_msgs' has the name of one of ROS 2"));
 }
 
 }  // namespace
