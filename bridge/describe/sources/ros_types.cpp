@@ -9,12 +9,14 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "bridge/describe/raise.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/parsers.hpp"
+#include "bridge/messages/types/type_faults.hpp"
 #include "bridge/messages/types/type_files.hpp"
 
 namespace trestle::describe {
@@ -24,6 +26,11 @@ namespace fs = std::filesystem;
 using messages::InterfaceKind;
 using messages::InterfaceName;
 using messages::TypeError;
+
+documents::Problem problem_of(const TypeError& fault, const std::string& file) {
+  return {
+      .file = fault.file.empty() ? file : fault.file, .mark = {fault.line, fault.column}, .text = fault.text};
+}
 
 class RosReading {
  public:
@@ -157,11 +164,7 @@ class RosReading {
     }
   }
 
-  void error(const TypeError& fault) {
-    reading_.problems.push_back({.file = fault.file.empty() ? place_ : fault.file,
-                                 .mark = {fault.line, fault.column},
-                                 .text = fault.text});
-  }
+  void error(const TypeError& fault) { reading_.problems.push_back(problem_of(fault, place_)); }
 
   messages::TypeLibrary& library_;
   Reading reading_;
@@ -299,8 +302,25 @@ Reading read_ros_files(std::span<const SourceText> files, const std::vector<std:
       places.folders.push_back(folder);
     }
   }
+  // All that is wrong in a file at once; the first of it comes again from each type that needs the file.
+  using Told = std::tuple<std::string, int, int, std::string>;
+  const auto key_of = [](const documents::Problem& one) {
+    return Told{one.file, one.mark.line, one.mark.column, one.text};
+  };
+  std::set<Told> told;
+  std::erase_if(interfaces, [&](const RosInterface& one) {
+    const auto name = messages::interface_name(one.type);
+    const GivenFiles::File& file = given->files.at(one.type);
+    const std::vector<TypeError> faults = messages::faults_of(file.text, *name, file.name);
+    for (const TypeError& fault : faults) {
+      problems.push_back(problem_of(fault, file.name));
+      told.insert(key_of(problems.back()));
+    }
+    return !faults.empty();
+  });
   messages::TypeLibrary library = messages::TypeLibrary::in(places);
   Reading reading = describe_ros(interfaces, library);
+  std::erase_if(reading.problems, [&](const documents::Problem& one) { return told.contains(key_of(one)); });
   reading.problems.insert(reading.problems.begin(), problems.begin(), problems.end());
   return reading;
 }

@@ -13,6 +13,7 @@
 #include "bridge/messages/types/idl_lexer.hpp"
 #include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/msg_comments.hpp"
+#include "bridge/messages/types/type_faults.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -88,9 +89,12 @@ class IdlParser {
 
   bool parse() {
     while (token_.kind != Kind::end) {
-      if (!definition()) {
+      if (!definition_or_next()) {
         return false;
       }
+    }
+    if (all_ != nullptr && !all_->empty()) {
+      return false;  // what follows from it is no help
     }
     if (structs_.size() != expected_.size()) {
       return fail(token_, fmt::format("expected struct {}, found the end of the file",
@@ -102,12 +106,52 @@ class IdlParser {
 
   [[nodiscard]] std::vector<MessageDefinition> take() { return std::move(structs_); }
   [[nodiscard]] TypeError error() const { return error_; }
+  /// Goes on after errors, and tells all of them.
+  void collect(std::vector<TypeError>& all) { all_ = &all; }
 
  private:
   struct PlacedConstant {
     Constant constant;
     IdlToken token;
   };
+
+  /// After an error: goes on behind the declaration that it is in, if all errors are wanted.
+  /// @param begin  how many tokens were read before it.
+  bool go_on(std::size_t begin) {
+    if (all_ == nullptr) {
+      return false;
+    }
+    // Names of types that were not understood are no further errors.
+    if (!lost_types_ || !error_.text.starts_with("unknown type")) {
+      all_->push_back(error_);
+    }
+    if (all_->size() >= max_type_faults) {
+      return false;
+    }
+    for (int open = 0; token_.kind != Kind::end && token_.kind != Kind::bad; advance()) {
+      if (open == 0 && count_ != begin && is_behind_semicolon_) {
+        return true;
+      }
+      if (open == 0 && token_.text == "}") {
+        if (count_ == begin) {
+          advance();
+        }
+        return true;
+      }
+      open += token_.text == "{" ? 1 : token_.text == "}" ? -1 : 0;
+    }
+    return false;
+  }
+
+  bool definition_or_next() {
+    const std::size_t begin = count_;
+    const std::size_t depth = modules_.size();
+    if (definition()) {
+      return true;
+    }
+    modules_.resize(depth);
+    return go_on(begin);
+  }
 
   bool definition() {
     if (token_.text == "module") {
@@ -151,7 +195,7 @@ class IdlParser {
       if (token_.kind == Kind::end) {
         return fail_expected("}");
       }
-      if (!definition()) {
+      if (!definition_or_next()) {
         return false;
       }
     }
@@ -192,6 +236,7 @@ class IdlParser {
     FieldType type;
     IdlToken name;
     if (!type_specification(type) || !declarator(type, name) || !sign(";")) {
+      lost_types_ = true;
       return false;
     }
     const auto [place, is_new] = type_names_.emplace(name.text, type);
@@ -226,7 +271,7 @@ class IdlParser {
                   "expected a member: in ROS, an empty struct has uint8 structure_needs_at_least_one_member");
     }
     while (token_.text != "}") {
-      if (!member(into)) {
+      if (const std::size_t begin = count_; !member(into) && !go_on(begin)) {
         return false;
       }
     }
@@ -584,6 +629,8 @@ class IdlParser {
 
   void advance() {
     last_line_ = token_.line;
+    is_behind_semicolon_ = token_.text == ";";
+    ++count_;
     taken_ = 0;
     token_ = lexer_.next();
   }
@@ -614,6 +661,10 @@ class IdlParser {
   std::map<std::string, std::vector<PlacedConstant>, std::less<>> constants_;  ///< by their module
   std::vector<MessageDefinition> structs_;
   TypeError error_;
+  std::vector<TypeError>* all_ = nullptr;  ///< errors, where all are wanted
+  std::size_t count_ = 0;                  ///< tokens that were read
+  bool is_behind_semicolon_ = false;
+  bool lost_types_ = false;  ///< a typedef was wrong
 };
 
 }  // namespace
@@ -634,6 +685,27 @@ tl::expected<std::vector<MessageDefinition>, TypeError> parse_idl(std::string_vi
   auto messages = parser.take();
   add_generated_messages(messages, name, file);
   return messages;
+}
+
+std::vector<TypeError> faults_of_idl(std::string_view text, const InterfaceName& name,
+                                     const std::string& file) {
+  if (text.size() > max_msg_file_bytes) {
+    return {{file, 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
+  }
+  if (text.starts_with("\xef\xbb\xbf")) {
+    text.remove_prefix(3);  // a byte order mark
+  }
+  std::vector<TypeError> all;
+  IdlParser parser{text, name, file};
+  parser.collect(all);
+  if (!parser.parse() && all.empty()) {
+    all.push_back(parser.error());
+  }
+  return all;
+}
+
+std::vector<TypeError> faults_of(std::string_view text, const InterfaceName& name, const std::string& file) {
+  return file.ends_with(".idl") ? faults_of_idl(text, name, file) : faults_of_msg(text, name, file);
 }
 
 }  // namespace trestle::messages

@@ -13,6 +13,7 @@
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/literals.hpp"
 #include "bridge/messages/types/msg_comments.hpp"
+#include "bridge/messages/types/type_faults.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -271,6 +272,55 @@ class LineParser {
   std::string error_;
 };
 
+/// The parts of a file, and up to so many errors in it.
+std::vector<MessageDefinition> read_parts(std::string_view text, std::span<const std::string> names,
+                                          const std::string& file, std::size_t max_errors,
+                                          std::vector<TypeError>& errors) {
+  std::vector<MessageDefinition> parts;
+  std::ranges::transform(names, std::back_inserter(parts), [&](const std::string& name) {
+    return MessageDefinition{name, file, {}, {}};
+  });
+  if (text.size() > max_msg_file_bytes) {
+    errors.push_back({file, 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)});
+    return parts;
+  }
+  if (text.starts_with("\xef\xbb\xbf")) {
+    text.remove_prefix(3);  // a byte order mark
+  }
+  std::size_t part = 0;
+  MsgComments comments{parts.size() == 1};
+  for (int number = 1; !text.empty() && errors.size() < max_errors; ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (parts.size() > 1 && is_separator(line)) {
+      comments.end_part(parts[part]);
+      if (++part == parts.size()) {
+        errors.push_back(
+            {file, number, 1, fmt::format("expected {} parts with --- between them, found more", part)});
+        return parts;
+      }
+      continue;
+    }
+    if (LineParser parser{line, number, parts[part]}; !parser.parse()) {
+      errors.push_back(parser.error());
+      continue;
+    }
+    comments.add_line(line, parts[part]);
+  }
+  comments.end_part(parts[part]);
+  for (MessageDefinition& one : parts) {
+    std::ranges::for_each(one.fields, take_unit, &Field::comment);
+    std::ranges::for_each(one.constants, take_unit, &Constant::comment);
+  }
+  if (part + 1 != parts.size() && errors.size() < max_errors) {
+    errors.push_back(
+        {file, 0, 0,
+         fmt::format("expected {} parts with --- between them, found {}", parts.size(), part + 1)});
+  }
+  return parts;
+}
+
 }  // namespace
 
 std::size_t comment_begin(std::string_view line) {
@@ -324,46 +374,19 @@ std::optional<std::string> full_type_name(std::string_view name) {
 tl::expected<std::vector<MessageDefinition>, TypeError> parse_parts(std::string_view text,
                                                                     std::span<const std::string> names,
                                                                     const std::string& file) {
-  std::vector<MessageDefinition> parts;
-  std::ranges::transform(names, std::back_inserter(parts), [&](const std::string& name) {
-    return MessageDefinition{name, file, {}, {}};
-  });
-  if (text.size() > max_msg_file_bytes) {
-    return tl::unexpected{TypeError{file, 0, 0, fmt::format("larger than {} bytes", max_msg_file_bytes)}};
-  }
-  if (text.starts_with("\xef\xbb\xbf")) {
-    text.remove_prefix(3);  // a byte order mark
-  }
-  std::size_t part = 0;
-  MsgComments comments{parts.size() == 1};
-  for (int number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (parts.size() > 1 && is_separator(line)) {
-      comments.end_part(parts[part]);
-      if (++part == parts.size()) {
-        return tl::unexpected{TypeError{
-            file, number, 1, fmt::format("expected {} parts with --- between them, found more", part)}};
-      }
-      continue;
-    }
-    if (LineParser parser{line, number, parts[part]}; !parser.parse()) {
-      return tl::unexpected{parser.error()};
-    }
-    comments.add_line(line, parts[part]);
-  }
-  comments.end_part(parts[part]);
-  for (MessageDefinition& one : parts) {
-    std::ranges::for_each(one.fields, take_unit, &Field::comment);
-    std::ranges::for_each(one.constants, take_unit, &Constant::comment);
-  }
-  if (part + 1 != parts.size()) {
-    return tl::unexpected{
-        TypeError{file, 0, 0,
-                  fmt::format("expected {} parts with --- between them, found {}", parts.size(), part + 1)}};
+  std::vector<TypeError> errors;
+  std::vector<MessageDefinition> parts = read_parts(text, names, file, 1, errors);
+  if (!errors.empty()) {
+    return tl::unexpected{std::move(errors.front())};
   }
   return parts;
+}
+
+std::vector<TypeError> faults_of_msg(std::string_view text, const InterfaceName& name,
+                                     const std::string& file) {
+  std::vector<TypeError> errors;
+  (void)read_parts(text, message_names(name), file, max_type_faults, errors);
+  return errors;
 }
 
 tl::expected<MessageDefinition, TypeError> parse_msg(std::string_view text, const std::string& name,

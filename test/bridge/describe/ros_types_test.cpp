@@ -132,6 +132,42 @@ TEST(ReadRosFiles, TellsWhereAFileIsWrong) {
   EXPECT_EQ(reading.problems[1].mark.line, 2);
 }
 
+TEST(ReadRosFiles, TellsAllThatIsWrongInAFile) {
+  const std::vector<SourceText> files{
+      {"/ws/car_msgs/msg/Door.msg", "bool open\nuint8[ a\nuint8 LIMIT=300\nbool open\n"},
+      // It needs the first one, of which nothing is told again.
+      {"/ws/car_msgs/msg/Car.msg", "car_msgs/Door[] doors\n"},
+      {"/ws/car_msgs/srv/Lock.srv", "string<=0 name\n---\nuint99 x\nbool 1st\n---\n"},
+      {"/ws/car_msgs/msg/Seat.idl",
+       "module car_msgs { module msg {\n"
+       "  enum Mode { A, B };\n"
+       "  typedef wchar letter;\n"
+       "  const uint8 MOST = 300;\n"
+       "  struct Seat {\n"
+       "    letter l;\n"
+       "    map<uint8, uint8> m;\n"
+       "    uint8 a; uint8 a;\n"
+       "    long double d;\n"
+       "  };\n"
+       "  }; };\n"}};
+  std::vector<std::string> places;
+  for (const documents::Problem& one : read_ros_files(files).problems) {
+    places.push_back(one.file.substr(one.file.rfind('/') + 1) + ":" + std::to_string(one.mark.line));
+  }
+  EXPECT_THAT(places, ElementsAre("Door.msg:2", "Door.msg:3", "Door.msg:4", "Lock.srv:1", "Lock.srv:4",
+                                  "Lock.srv:5", "Seat.idl:2", "Seat.idl:3", "Seat.idl:4", "Seat.idl:7",
+                                  "Seat.idl:8", "Seat.idl:9"));
+}
+
+TEST(ReadRosFiles, TellsOfAFewErrorsOfEachFile) {
+  std::string text;
+  for (int i = 0; i < 100; ++i) {
+    text += "uint8[ a\n";
+  }
+  EXPECT_THAT(read_ros_files(std::vector<SourceText>{{"/ws/car_msgs/msg/Door.msg", text}}).problems,
+              SizeIs(20));
+}
+
 TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
   const std::filesystem::path folder =
       std::filesystem::path{testing::TempDir()} / ("ros_sources_" + std::to_string(getpid()));
