@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bridge/describe/eventgroup_members.hpp"
 #include "bridge/documents/problems.hpp"
 
 namespace trestle::inspect {
@@ -26,6 +27,19 @@ void add_names(Json& object, const describe::Interfaces& interfaces,
   object[key] = element.member_name;
   if (element.is_field()) {
     object["field_part"] = describe::field_part(element.part);
+  }
+}
+
+void add_eventgroup_name(Json& object, const describe::Interfaces* interfaces, someip::ServiceId service,
+                         someip::EventgroupId eventgroup) {
+  const describe::Service* const described = interfaces == nullptr ? nullptr : interfaces->service(service);
+  if (described == nullptr) {
+    return;
+  }
+  std::string name = interfaces->eventgroup_name(service, eventgroup);
+  name = name.empty() ? describe::members_of(*described, eventgroup) : name;
+  if (!name.empty()) {
+    object["eventgroup_name"] = name;
   }
 }
 

@@ -8,6 +8,10 @@ namespace trestle::inspect {
 /// Adds "service_name", and "method_name", "event_name" or "field_name"; a field also has "field_part".
 void add_names(Json& object, const describe::Interfaces& interfaces, const describe::ServiceElement& element);
 
+/// Adds "eventgroup_name": its name, or where the description has none the events in it, "moved, level".
+void add_eventgroup_name(Json& object, const describe::Interfaces* interfaces, someip::ServiceId service,
+                         someip::EventgroupId eventgroup);
+
 /// The content of a message of an element; null: messages of this kind carry something else, errors.
 [[nodiscard]] const describe::Content* content_of(const describe::Interfaces& interfaces,
                                                   const describe::ServiceElement& element,

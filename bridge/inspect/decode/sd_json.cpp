@@ -4,6 +4,7 @@
 
 #include <string_view>
 
+#include "bridge/inspect/decode/names_json.hpp"
 #include "sd/wire/message.hpp"
 #include "sd/wire/offer_options.hpp"
 #include "someip/net/address_text.hpp"
@@ -47,10 +48,7 @@ Json entry_json(const Entry& entry, const describe::Interfaces* interfaces) {
   object["ttl"] = entry.ttl_s;
   if (entry.type == EntryType::subscribe_eventgroup || entry.type == EntryType::subscribe_eventgroup_ack) {
     object["eventgroup"] = hex_id(value(entry.eventgroup()));
-    const std::string name = is_named ? interfaces->eventgroup_name(entry.service, entry.eventgroup()) : "";
-    if (!name.empty()) {
-      object["eventgroup_name"] = name;
-    }
+    add_eventgroup_name(object, interfaces, entry.service, entry.eventgroup());
     object["counter"] = entry.counter();
     object["initial_data_requested"] = entry.initial_data_requested();
   } else {

@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "bridge/describe/eventgroup_members.hpp"
 #include "bridge/inspect/decode/names_json.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -72,7 +73,14 @@ std::string service_text(someip::ServiceId service, someip::InstanceId instance,
 std::string eventgroup_text(someip::ServiceId service, someip::EventgroupId eventgroup,
                             const describe::Interfaces* names) {
   const std::string name = names == nullptr ? "" : names->eventgroup_name(service, eventgroup);
-  return name.empty() ? sd::hexadecimal(someip::value(eventgroup)) : name;
+  if (!name.empty()) {
+    return name;
+  }
+  const describe::Service* const described = names == nullptr ? nullptr : names->service(service);
+  const std::string members =
+      described == nullptr ? std::string{} : describe::members_of(*described, eventgroup);
+  const std::string id = sd::hexadecimal(someip::value(eventgroup));
+  return members.empty() ? id : fmt::format("{} ({})", id, members);
 }
 
 std::string time_text(TimePoint time) {
@@ -139,10 +147,7 @@ void add_subscription(nlohmann::ordered_json& object, const traffic::SeenSubscri
   object["instance"] = sd::hexadecimal(someip::value(one.instance));
   object["major_version"] = one.major;
   object["eventgroup"] = sd::hexadecimal(someip::value(one.eventgroup));
-  const std::string group = names == nullptr ? "" : names->eventgroup_name(one.service, one.eventgroup);
-  if (!group.empty()) {
-    object["eventgroup_name"] = group;
-  }
+  add_eventgroup_name(object, names, one.service, one.eventgroup);
   add_endpoints(object, one);
   if (one.multicast) {
     object["multicast"] = someip::to_string(*one.multicast);

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "bridge/describe/eventgroup_members.hpp"
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 #include "test/bridge/describe/lowered.hpp"
 
@@ -423,6 +424,21 @@ TEST(ProtectionHeader, StandsWhereTheProfileSays) {
   EXPECT_EQ(at({.profile = "4", .numbers = {{"offset_bits", 8}}}),
             (std::pair<std::size_t, std::size_t>{99, 99}));
   EXPECT_EQ(at({.profile = "9"}), (std::pair<std::size_t, std::size_t>{99, 99}));
+}
+
+TEST(Eventgroups, HaveTheNamesOfWhatIsInThem) {
+  const someip::EventgroupId group{2};
+  Service service;
+  EXPECT_EQ(members_of(service, group), "");
+  for (const char* name : {"a", "b", "c"}) {
+    service.events.push_back({.name = name, .eventgroups = {someip::EventgroupId{1}, group}});
+  }
+  service.events.push_back({.name = "other", .eventgroups = {someip::EventgroupId{1}}});
+  service.fields.push_back({.name = "d", .eventgroups = {group}});
+  EXPECT_EQ(members_of(service, group), "a, b, c, d");
+  service.fields.push_back({.name = "e", .eventgroups = {group}});
+  service.fields.push_back({.name = "f", .eventgroups = {group}});
+  EXPECT_EQ(members_of(service, group), "a, b, c, d, \xe2\x80\xa6");
 }
 
 }  // namespace

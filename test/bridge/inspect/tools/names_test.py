@@ -350,6 +350,14 @@ class Recordings(unittest.TestCase):
             rows = json.loads(done.stdout)["traffic"]
             self.assertIn(("Door", "moved"), [(row.get("service_name"), row.get("event_name")) for row in rows])
 
+    def test_have_what_is_in_eventgroups_without_a_name(self):
+        # A subscription to eventgroup 2, of a client that names no endpoint.
+        entry = struct.pack(">BBBBHHIHH", 6, 0, 0, 0, 0x4711, 1, 0x01000003, 0, 2)
+        discovery = message(0xffff, 0x8100, struct.pack(">II", 0xc0000000, len(entry)) + entry + bytes(4), kind=2)
+        _, objects, _ = decode_capture([discovery], *DOOR)
+        found = objects[0]["sd"]["entries"][0]
+        self.assertEqual((found["eventgroup"], found["eventgroup_name"]), ("0x0002", "moved, blocked"))
+
     def test_say_where_a_payload_does_not_fit(self):
         status, objects, _ = decode_capture(
             [message(0x4711, 0x8011, b"\0\0\0\x08\x3f\x80\0\0\0\0\0\x09", kind=2),
