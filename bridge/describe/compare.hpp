@@ -18,7 +18,7 @@ enum class Impact : std::uint8_t {
   breaking,    ///< they do not
 };
 
-/// A kind of change. The table of all is in compare.cpp.
+/// A kind of change. The table of all is in change_rules.cpp.
 struct ChangeRule {
   std::string_view id;  ///< "method-removed": stable, for scripts
   Impact wire;          ///< between an old and a new program in one network
@@ -37,6 +37,8 @@ struct Change {
   std::string after;
   Place old_place{};
   Place new_place{};
+  /// Other elements of which the same is true, because they have the type, too: at most 20 uses of it.
+  std::vector<std::string> also{};
 };
 
 /// Uses of types that are compared; the rest is told as one change, "not-compared".
@@ -50,8 +52,9 @@ enum class MissingId : std::uint8_t {
 
 /// The differences, in the order of the new model; what was removed comes last in its service. Services are
 /// the same if they have the same full name, or else the same id; members by name, or else by id of the same
-/// kind. Types are compared where they are used: a type that nothing uses makes no change. What one of the
-/// two does not say is no difference: docs/describe.md.
+/// kind. Types are compared where they are used: a type that nothing uses makes no change; instances by role
+/// and id, or else by name; constants by name. What one of the two does not say is no difference:
+/// docs/describe.md.
 [[nodiscard]] std::vector<Change> compare(const Model& before, const Model& after,
                                           MissingId missing = MissingId::unknown);
 

@@ -55,6 +55,7 @@ void print_json(const std::vector<Change>& changes, const describe::System& old,
     };
     all.push_back({{"rule", change.rule->id},
                    {"element", change.element},
+                   {"also", change.also},
                    {"before", change.before},
                    {"after", change.after},
                    {"wire", impact(change.rule->wire)},
@@ -79,6 +80,9 @@ void print_text(const std::vector<Change>& changes, const describe::System& now)
     }
     fmt::print(" (wire: {}, code: {}; {})\n", word(change.rule->wire), word(change.rule->api),
                change.rule->meaning);
+    if (!change.also.empty()) {
+      fmt::print("    and so in: {}\n", fmt::join(change.also, ", "));
+    }
   }
   const auto breaking = std::ranges::count_if(
       changes, [](const Change& change) { return change.rule->wire == Impact::breaking; });

@@ -61,6 +61,8 @@ Model door() {
        .setter = someip::MethodId{3},
        .notifier = someip::MethodId{0x8002}});
   model.services.push_back(std::move(service));
+  model.instances.push_back({.name = "front", .service = "car.Door", .id = someip::InstanceId{1}});
+  model.constants.push_back({.name = "LIMIT", .type = number, .value = "5", .scope = "car"});
   return model;
 }
 
@@ -86,7 +88,11 @@ const std::vector<Edit>& edits() {
   static const std::vector<Edit> all{
       {{"service-added"}, [](Model& m) { m.services.push_back({.name = "Window"}); }},
       {{"service-removed"}, [](Model& m) { m.services.clear(); }},
-      {{"service-renamed"}, [](Model& m) { service(m).name = "Gate"; }},
+      {{"service-renamed"},
+       [](Model& m) {
+         service(m).name = "Gate";
+         m.instances.front().service = "car.Gate";
+       }},
       {{"service-id"}, [](Model& m) { service(m).id = someip::ServiceId{0x4321}; }},
       {{"service-major"}, [](Model& m) { service(m).major = 2; }},
       {{"service-minor"}, [](Model& m) { service(m).minor = 7; }},
@@ -109,6 +115,51 @@ const std::vector<Edit>& edits() {
       {{"event-id"}, [](Model& m) { service(m).events.front().id = someip::MethodId{0x8005}; }},
       {{"event-eventgroups"},
        [](Model& m) { service(m).events.front().eventgroups = {someip::EventgroupId{2}}; }},
+      {{"event-selective"}, [](Model& m) { service(m).events.front().selective = true; }},
+      {{"event-cycle"}, [](Model& m) { service(m).events.front().cycle = std::chrono::milliseconds{20}; }},
+      {{"event-cycle"}, [](Model& m) { service(m).fields.front().cycle = std::chrono::milliseconds{20}; }},
+      {{"method-timeout"},
+       [](Model& m) { service(m).methods.front().timeout = std::chrono::milliseconds{250}; }},
+      {{"collecting"},
+       [](Model& m) { service(m).events.front().transfer.retention = std::chrono::milliseconds{5}; }},
+      {{"instance-added"},
+       [](Model& m) {
+         m.instances.push_back({.name = "rear", .service = "car.Door", .id = someip::InstanceId{2}});
+       }},
+      {{"instance-removed"},
+       [](Model& m) { m.instances.front() = {.service = "car.Window", .id = someip::InstanceId{1}}; }},
+      {{"client-added"},
+       [](Model& m) { m.instances.push_back({.role = Instance::Role::required, .service = "car.Door"}); }},
+      {{"instance-removed", "client-added"},
+       [](Model& m) { m.instances.front().role = Instance::Role::required; }},
+      {{"instance-id"}, [](Model& m) { m.instances.front().id = someip::InstanceId{3}; }},
+      {{"instance-endpoint"}, [](Model& m) { m.instances.front().address = IpAddress::v4(10, 0, 0, 1); }},
+      {{"instance-endpoint", "instance-endpoint"},
+       [](Model& m) { m.instances.front().udp_port = m.instances.front().tcp_port = 30501; }},
+      {{"instance-multicast"},
+       [](Model& m) {
+         m.instances.front().multicast = {{someip::EventgroupId{1}, {IpAddress::v4(239, 0, 0, 1), 30600}, 1}};
+       }},
+      {{"instance-timing"}, [](Model& m) { m.instances.front().timing = sd::Timing{}; }},
+      {{"instance-settings"}, [](Model& m) { m.instances.front().priority = 3; }},
+      {{"instance-settings"},
+       [](Model& m) {
+         m.instances.front().configuration = {{"side", "left"}};
+       }},
+      {{"constant-value"}, [](Model& m) { m.constants.front().value = "6"; }},
+      {{"constant-renamed"}, [](Model& m) { m.constants.front().scope = "car.Types"; }},
+      {{"constant-added"},
+       [](Model& m) { m.constants.push_back({.name = "MORE", .type = number, .value = "7"}); }},
+      {{"constant-added", "constant-removed"}, [](Model& m) { m.constants.front().name = "MOST"; }},
+      {{"value-range"}, [](Model& m) { m.at(number).minimum = 5; }},
+      {{"value-invalid"}, [](Model& m) { m.at(number).invalid_value = 5; }},
+      {{"value-unit"}, [](Model& m) { m.at(status).members[1].notes.unit = "km/h"; }},
+      {{"value-default"}, [](Model& m) { m.at(status).members[1].default_value = "1"; }},
+      {{"transport"},
+       [](Model& m) {
+         service(m).methods.front().request_transfer.transport =
+             service(m).methods.front().response_transfer.transport = Transport::tcp;
+       }},
       {{"transport"}, [](Model& m) { service(m).events.front().transfer.transport = Transport::tcp; }},
       {{"segmentation"}, [](Model& m) { service(m).events.front().transfer.segment_bytes = 1000; }},
       {{"byte-order"}, [](Model& m) { service(m).events.front().payload.byte_order = std::endian::little; }},
@@ -179,11 +230,76 @@ TEST(Compare, TellsTheReverse) {
   Model without = door();
   service(without).fields.front().has_setter = false;
   EXPECT_THAT(ids(compare(without, door())), ElementsAre("field-access-added"));
+  Model with = door();
+  with.instances.push_back({.role = Instance::Role::required, .service = "car.Door"});
+  EXPECT_THAT(ids(compare(with, door())), ElementsAre("client-removed"));
+}
+
+/// Two languages: what one of them has no form for is no difference.
+TEST(Compare, TakesWhatOneLanguageDoesNotSayForUnknown) {
+  Model fidl = door();
+  fidl.files = {"Door.fidl"};
+  service(fidl).place = fidl.constants.front().place = {0, {1, 1}};
+  service(fidl).events.front().selective = true;
+  service(fidl).events.front().transfer.retention = std::chrono::milliseconds{5};
+  service(fidl).methods.front().timeout = std::chrono::milliseconds{250};
+  fidl.at(number).minimum = 1;
+  fidl.at(status).members[1].notes.unit = "km/h";
+  fidl.instances.front().udp_port = 30501;
+  fidl.instances.push_back({.name = "rear", .service = "car.Door", .id = someip::InstanceId{2}});
+  Model arxml = door();
+  arxml.files = {"car.ARXML"};
+  service(arxml).place = {0, {1, 1}};
+  arxml.constants.clear();
+  EXPECT_THAT(ids(compare(fidl, arxml)), IsEmpty());
+  EXPECT_THAT(ids(compare(arxml, fidl)), IsEmpty());
+  // What both say is compared.
+  arxml.at(number).minimum = 2;
+  arxml.at(status).members[1].notes.unit = "m/s";
+  arxml.instances.front().udp_port = 30502;
+  EXPECT_THAT(ids(compare(fidl, arxml)), ElementsAre("value-range", "value-unit", "instance-endpoint"));
+  // In one language also what one side alone says: constants, too, of which none is left.
+  arxml.files = {"Door2.fidl"};
+  EXPECT_THAT(ids(compare(fidl, arxml)),
+              ElementsAre("method-timeout", "value-range", "event-selective", "collecting", "value-unit",
+                          "instance-endpoint", "instance-removed", "constant-removed"));
+}
+
+/// Once, with all that it is true of.
+TEST(Compare, TellsOfAllElementsThatHaveAChangedType) {
+  Model old = door();
+  service(old).fields.push_back({.name = "state",
+                                 .payload = {.values = {{.name = "now", .type = status}}},
+                                 .getter = someip::MethodId{5},
+                                 .has_setter = false,
+                                 .has_notifier = false});
+  Model edited = old;
+  edited.at(status).members.pop_back();
+  const std::vector<Change> changes = compare(old, edited);
+  ASSERT_THAT(ids(changes), ElementsAre("value-removed"));
+  EXPECT_EQ(changes[0].element, "Door.moved.status.angle");
+  EXPECT_THAT(changes[0].also, ElementsAre("Door.state.now.angle"));
+  // The types in it, too, wherever they were told first.
+  edited = old;
+  edited.at(mode).enumerators[1].value = 7;
+  const std::vector<Change> deep = compare(old, edited);
+  ASSERT_THAT(ids(deep), ElementsAre("enumerator-value"));
+  EXPECT_EQ(deep[0].element, "Door.open.error.SHUT");
+  EXPECT_THAT(deep[0].also, ElementsAre("Door.moved.status.mode.SHUT", "Door.state.now.mode.SHUT"));
+}
+
+/// Of both messages of a method, where they do not change alike.
+TEST(Compare, TellsOfRequestAndAnswerByThemselves) {
+  Model edited = door();
+  service(edited).methods.front().response_transfer.segment_bytes = 64;
+  const std::vector<Change> changes = compare(door(), edited);
+  ASSERT_THAT(ids(changes), ElementsAre("segmentation"));
+  EXPECT_EQ(changes[0].element, "Door.open.response");
 }
 
 TEST(Compare, HasAnEditForEachRule) {
   // The second needs more than an edit: bounds_test.cpp.
-  std::set<std::string, std::less<>> tried{"field-access-added", "not-compared"};
+  std::set<std::string, std::less<>> tried{"field-access-added", "client-removed", "not-compared"};
   for (const Edit& edit : edits()) {
     tried.insert(edit.rules.begin(), edit.rules.end());
   }
