@@ -1,8 +1,7 @@
 #include "bridge/console/console.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
+#include <algorithm>
+#include <array>
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <charconv>
@@ -12,7 +11,9 @@
 #include <system_error>
 #include <utility>
 
+#include "bridge/console/foxglove.hpp"
 #include "bridge/console/fresh_text.hpp"
+#include "bridge/console/give_way.hpp"
 #include "bridge/console/metrics.hpp"
 #include "bridge/console/sight.hpp"
 #include "bridge/picture/picture_json.hpp"
@@ -44,10 +45,18 @@ bool read_number(std::string_view text, std::size_t& into) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-// Of the calling thread, as Linux has it. Where that is not granted, it is as all others.
-void give_way() {
-  constexpr int nice = 10;
-  [[maybe_unused]] const int result = ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), nice);
+// Pages of this very machine, and those of people who know what a console is for. Their desktop programs are
+// pages of files.
+bool is_viewer(std::string_view origin) {
+  constexpr std::array<std::string_view, 2> known{"file://", "https://app.foxglove.dev"};
+  constexpr std::array<std::string_view, 3> here{"localhost", "127.0.0.1", "[::1]"};
+  const std::size_t scheme = origin.find("://");
+  if (std::ranges::find(known, origin) != known.end() || scheme == std::string_view::npos) {
+    return scheme != std::string_view::npos;
+  }
+  std::string_view host = origin.substr(scheme + 3);
+  host = host.substr(0, host.find(':', host.starts_with('[') ? host.find(']') : 0));
+  return std::ranges::find(here, host) != here.end();
 }
 
 }  // namespace
@@ -74,13 +83,23 @@ struct Console::Answers {
     if (request.path == "/healthz") {
       return reply({.body = "ok\n"});
     }
-    if (!token.empty() && !are_equal(request.authorization, "Bearer " + token)) {
+    if (!has_token(request)) {
       return reply({.status = 401, .body = "this needs the token: Authorization: Bearer TOKEN\n"});
     }
     if (request.path == "/message" || request.path == "/sight") {
       return answer_later(request, reply);
     }
     reply(text_answer(request));
+  }
+
+  [[nodiscard]] bool has_token(const web::Request& request) const {
+    return token.empty() || are_equal(request.authorization, "Bearer " + token);
+  }
+  /// Browsers let a script give WebSocket no header of its own, and viewers know nothing but an address: they
+  /// may have the token in that.
+  [[nodiscard]] bool has_token_in_address(const web::Request& request) const {
+    const auto given = request.query.find("token");
+    return !token.empty() && given != request.query.end() && are_equal(given->second, token);
   }
 
  private:
@@ -137,20 +156,54 @@ struct Console::Answers {
 };
 
 Console::Console(boost::asio::io_context& io, const ConsoleSettings& settings,
-                 const std::function<carry::Picture()>& look, Newest newest)
-    : answers_{new Answers{io, FreshText{[look] { return metrics(look(), MetricsForm::prometheus); }},
-                           FreshText{[look] { return metrics(look(), MetricsForm::openmetrics); }},
-                           FreshText{[look] { return to_json(look()); }},
-                           FreshText{[look] { return console::not_ready(look()); }}, settings.token,
-                           std::move(newest)}},
+                 const std::function<carry::Picture()>& look, Newest newest, ViewerSources sources)
+    : viewers_{sources.titles ? std::make_unique<Viewers>(io, std::move(sources)) : nullptr},
+      answers_{new Answers{
+          io, FreshText{[this, look] { return metrics(look(), MetricsForm::prometheus, viewer_counters()); }},
+          FreshText{[this, look] { return metrics(look(), MetricsForm::openmetrics, viewer_counters()); }},
+          FreshText{[look] { return to_json(look()); }},
+          FreshText{[look] { return console::not_ready(look()); }}, settings.token, std::move(newest)}},
       server_{std::make_unique<web::Server>(
           io, settings.at,
           [answers = answers_](const web::Request& request, const web::Server::Reply& reply) {
             answers->answer(request, reply);
           },
-          web::ServerLimits{.connections = 16, .body_bytes = 0})} {}
+          web::ServerLimits{.connections = 16, .body_bytes = 0})} {
+  if (viewers_) {
+    take_viewers();
+  }
+}
+
+void Console::take_viewers() {
+  server_->take_upgrades(
+      {.refuse = [this](const web::Request& request) -> std::optional<web::Answer> {
+         if (request.path != "/") {
+           return web::not_found();
+         }
+         if (!answers_->has_token(request) && !answers_->has_token_in_address(request)) {
+           return web::Answer{.status = 401, .body = "this needs the token: ws://HOST:PORT/?token=TOKEN\n"};
+         }
+         if (foxglove::chosen_of(request.protocols).empty()) {
+           return web::Answer{.status = 400, .body = "expected the subprotocol foxglove.sdk.v1\n"};
+         }
+         if (!viewers_->has_room()) {
+           return web::Answer{.status = 503, .body = "there are as many viewers as may be\n"};
+         }
+         return std::nullopt;
+       },
+       .take = [this](web::Upgrade upgrade) { viewers_->take(std::move(upgrade)); },
+       // Who has the token may be anybody's page: only the user can have given it.
+       .takes_origin =
+           [this](const web::Request& request, std::string_view origin) {
+             return is_viewer(origin) || answers_->has_token_in_address(request);
+           }});
+}
 
 Console::~Console() = default;
+
+ViewerCounters Console::viewer_counters() const noexcept {
+  return viewers_ ? viewers_->counters() : ViewerCounters{};
+}
 
 std::string Console::url() const {
   return server_->url();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bridge/console/shown_message.hpp"
+#include "bridge/console/viewers.hpp"
 #include "bridge/picture/picture.hpp"
 #include "someip/wire/endpoint.hpp"
 
@@ -29,13 +30,15 @@ using Newest = std::function<std::optional<ShownMessage>(std::size_t route)>;
 /// Answers GET of /metrics (Prometheus, OpenMetrics), /healthz, /readyz, /status.json and the page that shows
 /// these, from the thread that runs the io_context; and of /message?route=N (message_json()) and
 /// /sight?route=N (sight()) from one of its own, as these take a while. Nothing can be changed by it, and
-/// texts are not made more often than FreshText says.
+/// texts are not made more often than FreshText says. At / it also speaks Foxglove's WebSocket protocol
+/// (Viewers).
 class Console {
  public:
   /// @param look, newest  are asked on the thread that runs the io_context.
+  /// @param sources  for viewers; without its functions there are none.
   /// @throws boost::system::system_error when nothing can listen there.
   Console(boost::asio::io_context& io, const ConsoleSettings& settings,
-          const std::function<carry::Picture()>& look, Newest newest);
+          const std::function<carry::Picture()>& look, Newest newest, ViewerSources sources = {});
   ~Console();
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
@@ -45,6 +48,10 @@ class Console {
 
  private:
   struct Answers;
+  void take_viewers();
+  [[nodiscard]] ViewerCounters viewer_counters() const noexcept;
+
+  std::unique_ptr<Viewers> viewers_;
   std::shared_ptr<Answers> answers_;
   std::unique_ptr<web::Server> server_;
 };

@@ -210,6 +210,20 @@ void write_networks(Writer& out, const Picture& picture) {
   }
 }
 
+void write_viewers(Writer& out, const ViewerCounters& viewers) {
+  out.family("trestle_viewers", "gauge", "Clients of Foxglove's WebSocket protocol, now.");
+  out.value({}, viewers.viewers);
+  out.family("trestle_viewer_messages", "counter", "Messages that viewers were sent.");
+  out.value({}, viewers.sent);
+  out.family("trestle_viewer_messages_lost", "counter",
+             "Messages that viewers had subscribed to and were not sent, by reason.");
+  out.value({{"reason", "slow"}}, viewers.slow);
+  out.value({{"reason", "too_large"}}, viewers.too_large);
+  out.value({{"reason", "unreadable"}}, viewers.unreadable);
+  out.family("trestle_viewers_malformed", "counter", "Viewers that ended because they broke the protocol.");
+  out.value({}, viewers.malformed);
+}
+
 }  // namespace
 
 const char* content_type(MetricsForm form) noexcept {
@@ -217,7 +231,7 @@ const char* content_type(MetricsForm form) noexcept {
                                           : "text/plain; version=0.0.4; charset=utf-8";
 }
 
-std::string metrics(const Picture& picture, MetricsForm form) {
+std::string metrics(const Picture& picture, MetricsForm form, const ViewerCounters& viewers) {
   Writer out{form};
   // An info has its suffix in the name, and is a gauge where infos are not known.
   out.family(form == MetricsForm::openmetrics ? "trestle_build" : "trestle_build_info",
@@ -229,6 +243,7 @@ std::string metrics(const Picture& picture, MetricsForm form) {
   out.value({}, picture.running_s);
   write_routes(out, picture);
   write_networks(out, picture);
+  write_viewers(out, viewers);
   return out.take();
 }
 

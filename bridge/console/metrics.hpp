@@ -1,6 +1,7 @@
 #pragma once
 #include <string>
 
+#include "bridge/console/viewer_counters.hpp"
 #include "bridge/picture/picture.hpp"
 
 namespace trestle::console {
@@ -16,6 +17,7 @@ enum class MetricsForm : std::uint8_t {
 
 /// The picture as metrics: docs/status.md lists them. What tells things apart is in labels (route, peer,
 /// reason), never in names.
-[[nodiscard]] std::string metrics(const carry::Picture& picture, MetricsForm form);
+[[nodiscard]] std::string metrics(const carry::Picture& picture, MetricsForm form,
+                                  const ViewerCounters& viewers = {});
 
 }  // namespace trestle::console

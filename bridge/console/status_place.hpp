@@ -7,6 +7,10 @@
 //   shown_message.hpp  the newest message of a route, as values and as bytes
 //   sight.hpp          what there is to see of it: points, pictures, positions, frames
 //   console.hpp        serves all of these over HTTP, with the page of bridge/web/assets/console
+//   viewers.hpp        clients of Foxglove's WebSocket protocol, by a thread of its own
+//   viewer.hpp         one of them, without a socket; foxglove.hpp: the texts of the protocol
+//   inbox.hpp          messages on their way to that thread
+//   route_forms.hpp    what these become for viewers; json_schema.hpp: and what that looks like
 //
 // Reads pictures and copies of messages (bridge/picture) alone; nothing here knows how they are made.
 #pragma once

@@ -10,6 +10,7 @@
 #include <boost/beast/version.hpp>
 #include <exception>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "someip/net/address_text.hpp"
@@ -105,6 +106,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
   }
 
   void start() { accept(); }
+  void take_upgrades(Upgrades upgrades) { upgrades_ = std::move(upgrades); }
   void stop() {
     error_code ignored;
     acceptor_.close(ignored);
@@ -157,6 +159,9 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         if (const auto server = server_.lock()) {
           error_code ignored;
           const auto local = stream_.socket().local_endpoint(ignored);
+          if (server->is_upgrade(parser_->get())) {
+            return upgrade(*server, host_text(local.address()));
+          }
           server->respond(parser_->get(), host_text(local.address()),
                           [self = shared_from_this(), keep_alive](Answer answer) {
                             self->answer(std::move(answer), keep_alive);
@@ -166,6 +171,22 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
         }
       } else {
         close();
+      }
+    }
+
+    void upgrade(const Implementation& server, const std::string& own) {
+      Upgrade made;
+      if (auto refusal = server.refusal_of(parser_->get(), own, made.request)) {
+        return answer(std::move(*refusal), false);
+      }
+      std::ostringstream head;
+      head << parser_->get().base();
+      made.received = head.str() + beast::buffers_to_string(buffer_.data());
+      error_code error;
+      made.is_v6 = stream_.socket().local_endpoint(error).address().is_v6();
+      made.descriptor = stream_.release_socket().release(error);
+      if (!error) {
+        server.upgrades_->take(std::move(made));
       }
     }
 
@@ -277,9 +298,42 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     return host == own || std::ranges::find(hosts_, host) != hosts_.end();
   }
 
+  static std::string_view text(beast::string_view view) { return {view.data(), view.size()}; }
+
+  [[nodiscard]] bool is_upgrade(const http::request<http::string_body>& message) const {
+    return upgrades_ && message.method() == http::verb::get &&
+           beast::iequals(message[http::field::upgrade], "websocket");
+  }
+
+  /// Why a connection is not handed over; nothing: it is, with this request.
+  [[nodiscard]] std::optional<Answer> refusal_of(const http::request<http::string_body>& message,
+                                                 const std::string& own, Request& into) const {
+    if (!is_ours(text(message[http::field::host]), own)) {
+      return Answer{.status = 403, .body = "this is served for " + url() + " only\n"};
+    }
+    std::optional<Request> request = to_request(text(message.target()));
+    if (!request) {
+      return Answer{.status = 400, .body = "the address is badly encoded\n"};
+    }
+    into = std::move(*request);
+    read_fields(message, into);
+    const std::string_view origin = text(message[http::field::origin]);
+    if (!origin.empty() && !(origin.starts_with("http://") && is_ours(origin.substr(7), own)) &&
+        !upgrades_->takes_origin(into, origin)) {
+      return Answer{.status = 403, .body = "a page of another origin may not do this\n"};
+    }
+    return upgrades_->refuse(into);
+  }
+
+  static void read_fields(const http::request<http::string_body>& message, Request& into) {
+    into.method = text(message.method_string());
+    into.accept = text(message[http::field::accept]);
+    into.authorization = text(message[http::field::authorization]);
+    into.protocols = text(message[http::field::sec_websocket_protocol]);
+  }
+
   void respond(const http::request<http::string_body>& message, const std::string& own,
                const Reply& reply) const {
-    const auto text = [](auto view) { return std::string_view{view.data(), view.size()}; };
     if (!is_ours(text(message[http::field::host]), own)) {
       return reply({.status = 403, .body = "this page is served for " + url() + " only\n"});
     }
@@ -296,10 +350,8 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
     if (!request) {
       return reply({.status = 400, .body = "the address is badly encoded\n"});
     }
-    request->method = text(message.method_string());
+    read_fields(message, *request);
     request->body = message.body();
-    request->accept = text(message[http::field::accept]);
-    request->authorization = text(message[http::field::authorization]);
     try {
       handler_(*request, reply);
     } catch (const std::exception& error) {
@@ -311,6 +363,7 @@ class Server::Implementation : public std::enable_shared_from_this<Implementatio
   asio::ip::tcp::acceptor acceptor_;
   asio::steady_timer wait_{io_};
   Handler handler_;
+  std::optional<Upgrades> upgrades_{};
   ServerLimits limits_;
   std::vector<std::string> hosts_;
   std::string own_origin_{};
@@ -328,6 +381,10 @@ Server::Server(asio::io_context& io, const Endpoint& at, Handler handler, Server
 
 Server::~Server() {
   implementation_->stop();
+}
+
+void Server::take_upgrades(Upgrades upgrades) {
+  implementation_->take_upgrades(std::move(upgrades));
 }
 
 std::uint16_t Server::port() const {

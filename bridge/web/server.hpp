@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,7 @@ struct Request {
   std::string body{};
   std::string accept{};         ///< the header, as it came
   std::string authorization{};  ///< likewise
+  std::string protocols{};      ///< likewise, of WebSocket: "a, b"
 };
 
 /// What it gets.
@@ -43,6 +45,23 @@ struct Answer {
 [[nodiscard]] Answer html_answer(std::string html);
 [[nodiscard]] Answer not_found();
 
+/// A connection that shall speak WebSocket (RFC 6455), and is nobody's now: who gets it has to close it.
+struct Upgrade {
+  Request request;
+  int descriptor = -1;  ///< of the TCP socket
+  bool is_v6 = false;
+  std::string received{};  ///< all that has come: the request, not answered yet, and perhaps more
+};
+
+/// What is done with requests for WebSocket.
+struct Upgrades {
+  /// Why it gets none; nothing: it is taken. Asked only about what came from `origins` or nowhere.
+  std::function<std::optional<Answer>(const Request&)> refuse;
+  std::function<void(Upgrade)> take;
+  /// Whether a page of this Origin may ask, beside those of this server.
+  std::function<bool(const Request&, std::string_view origin)> takes_origin;
+};
+
 struct ServerLimits {
   std::size_t connections = 32;  ///< at once; further ones wait in the system's queue
   std::size_t header_bytes = 16U << 10U;
@@ -57,6 +76,8 @@ struct ServerLimits {
 /// to this host is none of these (DNS rebinding). A request other than GET and HEAD is refused unless its
 /// Origin, where there is one, is ours (403), and its type is application/json (415), which no form can send.
 /// Answers forbid scripts, frames and connections of other origins, and to be used by these.
+/// To ask for WebSocket no browser needs leave of the server: there Origin counts as if something were
+/// changed.
 class Server {
  public:
   /// Gives the answer, now or later, on the thread of the io_context; at most once.
@@ -71,6 +92,9 @@ class Server {
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
+
+  /// From now on. Before, and where it is not called, such a request is answered like any other.
+  void take_upgrades(Upgrades upgrades);
 
   [[nodiscard]] std::uint16_t port() const;
   /// "http://127.0.0.1:8080/"

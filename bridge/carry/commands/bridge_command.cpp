@@ -23,6 +23,7 @@
 #include "bridge/carry/commands/drop_root.hpp"
 #include "bridge/carry/commands/explain.hpp"
 #include "bridge/carry/commands/summary.hpp"
+#include "bridge/carry/commands/viewer_sources.hpp"
 #include "bridge/carry/config/load_console.hpp"
 #include "bridge/carry/runtime/bridge.hpp"
 #include "bridge/carry/runtime/limited_sink.hpp"
@@ -188,7 +189,9 @@ class Runner {
     try {
       console_ = std::make_unique<console::Console>(
           io_, console::ConsoleSettings{settings->at, token_of(settings->token_file)},
-          [this] { return picture(); }, [this](std::size_t route) { return newest(route); });
+          [this] { return picture(); }, [this](std::size_t route) { return newest(route); },
+          viewer_sources([this] { return bridge_.get(); },
+                         [this]() -> messages::TypeLibrary& { return *types_; }));
     } catch (const boost::system::system_error& error) {
       throw std::runtime_error{fmt::format("console: cannot listen at {}: {}",
                                            someip::to_string(settings->at), error.code().message())};

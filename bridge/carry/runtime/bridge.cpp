@@ -251,6 +251,11 @@ struct Bridge::State {
     silence->start();
   }
 
+  [[nodiscard]] std::shared_ptr<RunningRoute> route_of(std::uint64_t id) const {
+    const auto found = std::ranges::find_if(ids, [&](const auto& one) { return one.second == id; });
+    return found == ids.end() ? nullptr : found->first.lock();
+  }
+
   /// For the threads of DDS, which are started after it has been fetched.
   std::shared_ptr<spdlog::logger> logger = spdlog::default_logger();
   const std::unique_ptr<RouteClock> clock;
@@ -268,6 +273,9 @@ struct Bridge::State {
   Routes routes;                                 ///< of the configuration and of the patterns
   WaysBack ways_back;
   Onlookers onlookers;
+  /// Of routes, by which others know them. What is kept here keeps an address from being that of another.
+  std::map<std::weak_ptr<RunningRoute>, std::uint64_t, std::owner_less<>> ids;
+  std::uint64_t last_id = 0;
   std::optional<SilenceWatch> silence;
   Surroundings around;  ///< of the last look of it
   const std::string file;
@@ -370,6 +378,35 @@ std::optional<LookedAt> Bridge::look_at(std::size_t index) {
     }
   }
   return std::nullopt;
+}
+
+std::vector<RouteTitle> Bridge::titles() {
+  State& state = *state_;
+  std::erase_if(state.ids, [](const auto& one) { return one.first.expired(); });
+  std::vector<RouteTitle> result;
+  for (const auto& [mark, route] : state.routes) {
+    if (const Route* const what = route->looked_at()) {
+      const auto [at, is_new] = state.ids.try_emplace(route, state.last_id + 1);
+      state.last_id += is_new ? 1 : 0;
+      result.push_back({.id = at->second,
+                        .topic = what->topic,
+                        .type = what->type,
+                        .service = value(what->service),
+                        .instance = value(what->instance),
+                        .event = value(what->event)});
+    }
+  }
+  return result;
+}
+
+const Route* Bridge::route(std::uint64_t id) const {
+  const auto route = state_->route_of(id);
+  return route ? route->looked_at() : nullptr;
+}
+
+std::shared_ptr<void> Bridge::follow(std::uint64_t id, MessageSink sink) {
+  const auto route = state_->route_of(id);
+  return route ? state_->onlookers.follow(route, std::move(sink)) : nullptr;
 }
 
 }  // namespace trestle::carry

@@ -11,7 +11,7 @@
 //   report.hpp              what a bridge reports about itself
 //   counters.hpp            counts what was carried and what was lost
 //   diagnostics.hpp         tells its state as ROS diagnostics
-//   onlookers.hpp           keeps the newest message of a route while somebody looks
+//   onlookers.hpp           shows messages of a route to those who look
 //   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates and
 //   latencies silence_watch.hpp       says why nothing comes on a route loop_guard.hpp          keeps
 //   messages from going round in a ring of bridges loop_check.hpp, suspected_loop.hpp   find such rings
@@ -21,6 +21,7 @@
 // One thread runs all of it, except that DDS may use its own threads to receive.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -78,6 +79,14 @@ class Bridge {
   /// @param route  its place in the picture.
   /// @return nothing: there is no such route, or it carries no events.
   [[nodiscard]] std::optional<LookedAt> look_at(std::size_t route);
+
+  /// The routes whose messages can be followed, now.
+  [[nodiscard]] std::vector<RouteTitle> titles();
+  /// What such a route is; null: it has ended.
+  [[nodiscard]] const Route* route(std::uint64_t id) const;
+  /// Shows a copy of each message to `sink` from now on, until what is returned ends. Null: the route has
+  /// ended.
+  [[nodiscard]] std::shared_ptr<void> follow(std::uint64_t id, MessageSink sink);
 
  private:
   struct State;

@@ -97,6 +97,7 @@ TEST_F(OnlookersTest, LeaveTheRoutesAtTheirOwnEnd) {
 
 TEST_F(OnlookersTest, CopyLargeMessagesOnlySoOften) {
   Onlooker onlooker{clock_};
+  onlooker.ask(true);
   Bytes large(Onlooker::often_bytes + 1);
   onlooker.keep_payload(large);
   large[0] = std::byte{1};
@@ -112,10 +113,112 @@ TEST_F(OnlookersTest, CopyLargeMessagesOnlySoOften) {
 
 TEST_F(OnlookersTest, DoNotCopyWhatIsTooLarge) {
   Onlooker onlooker{clock_};
+  onlooker.ask(true);
   const Bytes large(Onlooker::most_bytes + 1);
   onlooker.keep_payload(large);
   EXPECT_EQ(onlooker.newest()->size, large.size());
   EXPECT_TRUE(onlooker.newest()->bytes.empty());
+}
+
+class FollowedTest : public OnlookersTest {
+ protected:
+  [[nodiscard]] std::shared_ptr<void> follow(std::size_t index = 0) {
+    return onlookers_->follow((routes_->begin() + static_cast<std::ptrdiff_t>(index))->route,
+                              [this](const auto& message) { seen_.push_back(message); });
+  }
+  std::vector<std::shared_ptr<const carry::SeenMessage>> seen_;
+};
+
+TEST_F(FollowedTest, ShowEachMessageUntilTheEnd) {
+  start_with(carry::Direction::someip_to_dds);
+  auto one = follow();
+  auto other = follow();
+  send(hello);
+  ASSERT_EQ(seen_.size(), 2U);
+  EXPECT_EQ(seen_[0], seen_[1]) << "one copy for all";
+  EXPECT_EQ(seen_[0]->bytes, hello);
+  pass(10 * Onlookers::look_for);
+  send(wrong);
+  EXPECT_EQ(seen_.size(), 4U) << "who follows need not ask again";
+  one.reset();
+  send(hello);
+  EXPECT_EQ(seen_.size(), 5U);
+  other.reset();
+  EXPECT_EQ(onlookers_->size(), 0U);
+  send(hello);
+  EXPECT_EQ(seen_.size(), 5U);
+}
+
+TEST_F(FollowedTest, GoOnAfterSomebodyHasLooked) {
+  start_with(carry::Direction::someip_to_dds);
+  auto follower = follow();
+  EXPECT_EQ(look(), nullptr);
+  send(hello);
+  EXPECT_EQ(seen_.size(), 1U);
+  EXPECT_EQ(look(), seen_[0]) << "one copy for all";
+  pass(2 * Onlookers::look_for);
+  send(hello);
+  EXPECT_EQ(seen_.size(), 2U);
+  EXPECT_EQ(look(), nullptr) << "nobody looked when it came";
+  follower.reset();
+  send(hello);
+  EXPECT_EQ(seen_.size(), 2U);
+  EXPECT_NE(look(), nullptr) << "somebody still looks";
+  pass(2 * Onlookers::look_for);
+  EXPECT_EQ(onlookers_->size(), 0U);
+}
+
+TEST_F(FollowedTest, KeepNothing) {
+  start_with(carry::Direction::someip_to_dds);
+  const auto follower = follow();
+  send(hello);
+  ASSERT_EQ(seen_.size(), 1U);
+  EXPECT_EQ(seen_[0].use_count(), 1) << "a thousand routes may be followed";
+  EXPECT_EQ(look(), nullptr);
+  send(hello);
+  EXPECT_EQ(seen_[1].use_count(), 2);
+  pass(2 * Onlookers::look_for);
+  EXPECT_EQ(seen_[1].use_count(), 1);
+}
+
+TEST_F(FollowedTest, AreAskedAboutLikeOthers) {
+  start_with(carry::Direction::someip_to_dds, Onlookers::most_routes + 1);
+  const std::size_t followed = Onlookers::most_routes;  // the last one: that is sent to
+  const auto follower = follow(followed);
+  EXPECT_EQ(look(followed), nullptr);
+  for (std::size_t i = 0; i < Onlookers::most_routes; ++i) {
+    pass(1ms);
+    EXPECT_EQ(look(i), nullptr);
+  }
+  EXPECT_EQ(onlookers_->size(), Onlookers::most_routes + 1);
+  send(hello);
+  ASSERT_EQ(seen_.size(), 1U);
+  EXPECT_EQ(seen_[0].use_count(), 1) << "four others were asked about since";
+}
+
+TEST_F(FollowedTest, ShowEachLargeMessage) {
+  start_with(carry::Direction::someip_to_dds);
+  const auto follower = follow();
+  const Bytes large(Onlooker::often_bytes + 1);
+  send(large);
+  send(large);
+  EXPECT_EQ(seen_.size(), 2U);
+}
+
+TEST_F(FollowedTest, LeaveNothingOfARouteThatHasEnded) {
+  start_with(carry::Direction::someip_to_dds);
+  auto follower = follow();
+  routes_.reset();
+  EXPECT_EQ(onlookers_->size(), 1U);
+  follower.reset();
+  EXPECT_EQ(onlookers_->size(), 0U);
+}
+
+TEST_F(FollowedTest, MayEndBeforeWhoFollows) {
+  start_with(carry::Direction::someip_to_dds);
+  const auto of_the_route = follow();
+  routes_.reset();
+  onlookers_.reset();
 }
 
 }  // namespace
