@@ -3,12 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/raise.hpp"
 #include "bridge/messages/convert/conversion_plan.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
+#include "bridge/messages/map/map_compiler.hpp"
+#include "bridge/messages/map/mapped_plan.hpp"
 #include "bridge/messages/values/message_values.hpp"
 
 namespace trestle::console {
@@ -25,12 +30,59 @@ std::string hex_of(ByteView bytes) {
   return bytes.size() > most_hex_bytes ? text + " …" : text;
 }
 
+const messages::TypeTree& payload_tree(const ShownMessage& shown) {
+  return shown.map ? shown.map->payload : shown.tree;
+}
+
+/// A message in both forms, by a mapping of fields. It goes in the direction of the route alone.
+tl::expected<BothForms, std::string> mapped_forms(const ShownMessage& shown, const ShownMap& map) {
+  const carry::SeenMessage& newest = *shown.newest;
+  auto wire =
+      messages::ConversionPlan::compile(map.payload, shown.rules, std::numeric_limits<std::size_t>::max());
+  if (!wire) {
+    return tl::unexpected{wire.error()};
+  }
+  auto fields = messages::compile_map(
+      map.payload, shown.tree, map.mapping,
+      newest.is_cdr ? messages::MapDirection::to_payload : messages::MapDirection::to_ros);
+  if (!fields.map) {
+    return tl::unexpected{fields.problems.front().text};
+  }
+  messages::MappedPlan plan{std::move(*wire), std::move(*fields.map)};
+  messages::MappedScratch scratch;
+  BothForms result;
+  if (!newest.is_cdr) {
+    result.payload = newest.bytes;
+    const auto sample = plan.someip_to_cdr(newest.bytes, std::chrono::nanoseconds{newest.at_ns}, scratch);
+    if (!sample) {
+      return tl::unexpected{to_string(sample.error())};
+    }
+    result.sample = messages::joined(*sample);
+    return result;
+  }
+  const auto payload = plan.cdr_to_someip(newest.bytes, scratch);
+  if (!payload) {
+    return tl::unexpected{to_string(payload.error())};
+  }
+  result.payload = messages::joined(*payload);
+  // There and back brings what came to the host's byte order.
+  ShownMessage unmapped;
+  unmapped.tree = shown.tree;
+  unmapped.newest = shown.newest;
+  auto sample = both_forms(unmapped);
+  if (!sample) {
+    return tl::unexpected{sample.error()};
+  }
+  result.sample = std::move(sample->sample);
+  return result;
+}
+
 void add_layout(nlohmann::json& json, const ShownMessage& shown, ByteView payload) {
   describe::Model model;
   describe::RaisedTypes types{model};
   std::vector<std::string> lost;
-  const describe::Payload what =
-      describe::raise(types, shown.tree, messages::rules_for(shown.tree, shown.rules), {}, lost);
+  const describe::Payload what = describe::raise(
+      types, payload_tree(shown), messages::rules_for(payload_tree(shown), shown.rules), {}, lost);
   const describe::Layout layout = describe::layout(model, what, payload);
   auto& rows = json["layout"] = nlohmann::json::array();
   std::size_t at = 0;
@@ -55,6 +107,9 @@ void add_layout(nlohmann::json& json, const ShownMessage& shown, ByteView payloa
 }  // namespace
 
 tl::expected<BothForms, std::string> both_forms(const ShownMessage& shown) {
+  if (shown.map) {
+    return mapped_forms(shown, *shown.map);
+  }
   const auto plan = messages::ConversionPlan::compile(shown.tree, shown.rules);
   if (!plan) {
     return tl::unexpected{plan.error()};
@@ -80,6 +135,9 @@ tl::expected<BothForms, std::string> both_forms(const ShownMessage& shown) {
 
 std::string message_json(const ShownMessage& shown) {
   nlohmann::json json{{"route", shown.route}, {"type", shown.type}};
+  if (shown.map) {
+    json["payload_type"] = shown.map->payload.root().name;
+  }
   if (shown.newest) {
     json["at_ns"] = shown.newest->at_ns;
     json["size"] = shown.newest->size;
@@ -93,7 +151,8 @@ std::string message_json(const ShownMessage& shown) {
       }
     } else {
       json["size"] = forms->payload.size();
-      const auto values = messages::MessageValues::make(shown.tree, shown.rules);
+      const auto values =
+          messages::MessageValues::make(shown.tree, shown.map ? messages::MessageRules{} : shown.rules);
       const auto text =
           values ? values->print_sample(forms->sample, messages::ValueForm::yaml,
                                         {.bytes = messages::BytesForm::hex, .longest = longest_array})

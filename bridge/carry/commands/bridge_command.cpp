@@ -225,8 +225,18 @@ class Runner {
     if (!tree) {
       return std::nullopt;
     }
-    return console::ShownMessage{std::move(seen->name), std::move(seen->type), std::move(*tree),
-                                 std::move(seen->rules), std::move(seen->newest)};
+    std::optional<console::ShownMap> map;
+    if (seen->mapping) {
+      auto payload = types_->resolve(seen->mapping->payload.text);
+      if (!payload) {
+        return std::nullopt;
+      }
+      map.emplace();
+      map->payload = std::move(*payload);
+      map->mapping = std::move(*seen->mapping);
+    }
+    return console::ShownMessage{std::move(seen->name),  std::move(seen->type),   std::move(*tree),
+                                 std::move(seen->rules), std::move(seen->newest), std::move(map)};
   }
 
   boost::asio::io_context& io_;

@@ -370,11 +370,16 @@ std::optional<LookedAt> Bridge::look_at(std::size_t index) {
   for (const auto& [mark, route] : state_->routes) {
     if (at++ == index) {
       const Route* const what = route->looked_at();
-      return what == nullptr ? std::nullopt
-                             : std::optional<LookedAt>{{.name = what->topic,
-                                                        .type = what->type,
-                                                        .rules = what->rules,
-                                                        .newest = state_->onlookers.look(route)}};
+      if (what == nullptr) {
+        return std::nullopt;
+      }
+      std::optional<LookedAt> result{std::in_place};
+      result->name = what->topic;
+      result->type = what->type;
+      result->rules = what->rules;
+      result->mapping = what->mapping;
+      result->newest = state_->onlookers.look(route);
+      return result;
     }
   }
   return std::nullopt;

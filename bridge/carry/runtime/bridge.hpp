@@ -49,6 +49,7 @@ struct LookedAt {
   std::string name;  ///< as in its picture
   std::string type;
   messages::MessageRules rules;
+  std::optional<messages::FieldMapping> mapping;
   std::shared_ptr<const SeenMessage> newest;  ///< null: none has come since somebody looks
 };
 

@@ -185,6 +185,19 @@ class Page(unittest.TestCase):
         browser = self.see("sensor_msgs/msg/PointCloud2", "{header: {frame_id: lidar}, height: 1, width: 4, point_step: 16, row_step: 64, "
                            f"fields: [{fields}], data: 'hex:{points.hex()}'}}")
         browser.wait_for_text("#sight-words", "3 points, 1 nowhere, in lidar")
+    def test_shows_both_messages_of_a_route_that_maps_fields(self):
+        vector = "geometry_msgs/msg/Vector3"
+        started = bridge(self, route("/in", 0x2222, more=LATCHED + f", payload: {vector}, map: {{x: {{from: y, scale: 0.5}}}}, drop: [x, z], others: default"))
+        notify(self, 0x2222, "{y: 3}", vector)
+        browser = self.browser
+        browser.open(started.url + "#routes")
+        browser.wait_for_text("#route-table", "flowing")
+        browser.click("#route-table a")
+        browser.wait_for_text("#message .values", "x: 1.5\ny: 0.0\nz: 0.0")
+        browser.wait_for_text("#message p", f"of {vector} in SOME/IP")
+        rows = browser.run("return [...document.querySelectorAll('#message tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent.trim()))")
+        self.assertEqual([(row[1], row[2]) for row in rows][1], ("40 08 00 00 00 00 00 00", "y"))
+
         pixels = "return document.querySelector('canvas.scene').toDataURL()"
         drawn = browser.run(pixels)
         self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "3")

@@ -2,11 +2,14 @@
 
 #include <gmock/gmock.h>
 
+#include <bit>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "bridge/console/sight.hpp"
+#include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/type_library.hpp"
+#include "bridge/messages/values/cdr.hpp"
 #include "bridge/messages/values/message_values.hpp"
 #include "test/bytes.hpp"
 
@@ -103,6 +106,74 @@ TEST(ShownMessage, IsCutWhereItIsLong) {
   EXPECT_THAT(nlohmann::json::parse(json)["layout"], SizeIs(most_shown_ranges));
   EXPECT_GT(nlohmann::json::parse(json)["more_ranges"], 1000);
   EXPECT_LT(json.size(), 200'000U);
+}
+
+/// A route that maps fields: half degrees and quarters of an ECU become a NavSatFix, and back.
+ShownMessage mapped(bool is_cdr, const std::vector<std::byte>& bytes) {
+  messages::TypeLibrary types;
+  types.define(*messages::interface_name("car_msgs/msg/Gnss"), "int32 lat\nint32 lon\nuint8 counter\n");
+  ShownMessage result;
+  result.route = "/fix";
+  result.type = "sensor_msgs/msg/NavSatFix";
+  result.tree = *types.resolve(result.type);
+  result.map.emplace();
+  result.map->payload = *types.resolve("car_msgs/msg/Gnss");
+  messages::FieldMapping& mapping = result.map->mapping;
+  mapping.payload.text = "car_msgs/msg/Gnss";
+  mapping.others_default = true;
+  mapping.dropped.resize(1);
+  mapping.dropped[0].text = "counter";
+  mapping.rules.resize(2);
+  mapping.rules[0].ros.text = "latitude";
+  mapping.rules[0].payload.text = "lat";
+  mapping.rules[0].scale = 0.5;
+  mapping.rules[1].ros.text = "longitude";
+  mapping.rules[1].payload.text = "lon";
+  mapping.rules[1].scale = 0.25;
+  result.newest = std::make_shared<carry::SeenMessage>(
+      carry::SeenMessage{.is_cdr = is_cdr, .bytes = bytes, .size = bytes.size(), .at_ns = 4711});
+  return result;
+}
+/// 48.5 degrees north, 9.25 east, as CDR.
+std::vector<std::byte> fix_cdr(std::endian order) {
+  messages::CdrWriter out{256, order};
+  out.number(std::uint32_t{0});  // header: stamp, frame_id
+  out.number(std::uint32_t{0});
+  out.number(std::uint32_t{1});
+  out.number(std::uint8_t{0});
+  out.number(std::uint8_t{0});  // status
+  out.number(std::uint16_t{0});
+  out.number(messages::bits_of(48.5));
+  out.number(messages::bits_of(9.25));
+  out.zeros(10, 8);  // altitude, covariance
+  out.number(std::uint8_t{0});
+  return out.take();
+}
+
+TEST(MappedMessage, HasTheBytesOfThePayloadAndTheValuesOfTheTopic) {
+  const auto payload = test::hex("00000061 00000025 00");
+  for (const auto& message : {mapped(false, payload), mapped(true, fix_cdr(std::endian::little)),
+                              mapped(true, fix_cdr(std::endian::big))}) {
+    const auto json = nlohmann::json::parse(message_json(message));
+    EXPECT_FALSE(json.contains("fault")) << json["fault"];
+    EXPECT_EQ(json["type"], "sensor_msgs/msg/NavSatFix");
+    EXPECT_EQ(json["payload_type"], "car_msgs/msg/Gnss");
+    EXPECT_EQ(json["size"], 9);
+    EXPECT_THAT(json["values"].get<std::string>(), HasSubstr("\nlatitude: 48.5\nlongitude: 9.25\n"));
+    ASSERT_THAT(json["layout"], SizeIs(3));
+    EXPECT_EQ(json["layout"][1]["path"], "lon");
+    EXPECT_EQ(json["layout"][1]["hex"], "00 00 00 25");
+    EXPECT_EQ(json["layout"][1]["value"], "37");
+    const auto seen = see(message);
+    EXPECT_EQ(seen.about["latitude"], 48.5);
+    EXPECT_EQ(seen.about["longitude"], 9.25);
+  }
+}
+
+TEST(MappedMessage, SaysWhatIsWrongWithIt) {
+  const auto json = nlohmann::json::parse(message_json(mapped(false, test::hex("00000061 0000"))));
+  EXPECT_THAT(json["fault"].get<std::string>(), HasSubstr("lon"));
+  EXPECT_EQ(json["layout"][0]["value"], "97");
 }
 
 constexpr const char* two_points =

@@ -63,7 +63,7 @@ export class MessagePanel {
     const there = message.at_ns !== undefined;
     if (this.at === message.at_ns && this.shown) return;
     [this.at, this.shown] = [message.at_ns, true];
-    put(this.about, there ? `${new Date(message.at_ns / 1e6).toLocaleTimeString()}, ${size(message.size)}` : "None has come since this page was opened.");
+    put(this.about, there ? `${new Date(message.at_ns / 1e6).toLocaleTimeString()}, ${size(message.size)}${message.payload_type ? ` of ${message.payload_type} in SOME/IP` : ""}` : "None has come since this page was opened.");
     put(this.fault, message.fault ? `It cannot be carried: ${message.fault}` : "");
     put(this.values, message.values || "");
     this.values.hidden = !message.values;
