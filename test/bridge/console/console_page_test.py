@@ -152,6 +152,22 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#route", "not_convertible")
         self.assertNotIn("Nothing was lost.", browser.run("return document.getElementById('route').innerText"))
 
+    def test_shows_service_discovery_as_a_timeline(self):
+        browser = self.browser
+        browser.open(bridge(self, route("/in", 0x2222) + route("/out", 0x3333, "dds_to_someip", more=", port: 40001")).url + "#limits")
+        bars = "return [...document.querySelectorAll('#timeline rect')].map((one) => [one.getAttribute('class'), one.textContent.split(',')[0]])"
+        changes = "return [...document.querySelectorAll('#timeline tbody tr')].map((row) => `${row.cells[1].textContent} ${row.cells[2].textContent}`)"
+        browser.wait("the own offer", bars + ".some(([name, words]) => name === 'there' && words.includes('(here) offers 0x3333.0x0001'))")
+        server = notify(self, 0x2222, "{x: 1}", POINT)
+        browser.wait("an offer", bars + f".some(([name, words]) => name === 'there' && words.startsWith('{PEER} offers 0x2222.0x0001'))")
+        server.end()
+        browser.wait("its end", bars + f".some(([name, words]) => name === 'gone' && words.startsWith('{PEER} offers 0x2222.0x0001'))")
+        told = [one for one in browser.run(changes) if one.startswith(f"{PEER} offers")]
+        self.assertRegex("\n".join(told), rf"^{PEER} offers 0x2222\.0x0001 1\.\d+ no longer\n{PEER} offers 0x2222\.0x0001 1\.\d+$")
+        # A host that comes back has a second bar in its row.
+        notify(self, 0x2222, "{x: 1}", POINT)
+        browser.wait("two bars", bars + f".filter(([, words]) => words.startsWith('{PEER} offers 0x2222.0x0001')).length === 2")
+
     def see(self, kind, values):
         """Opens the page of a route to which such messages come."""
         started = bridge(self, route("/seen", 0x2222, kind=kind, more=LATCHED))
@@ -169,6 +185,19 @@ class Page(unittest.TestCase):
                          [("0", "3f f8 00 00 00 00 00 00", "x", "1.5"), ("8", "c0 00 00 00 00 00 00 00", "y", "-2"), ("16", "40 08 00 00 00 00 00 00", "z", "3")])
         self.assertTrue(browser.run("return document.getElementById('sight') === null"))
 
+    def test_shows_both_messages_of_a_route_that_maps_fields(self):
+        vector = "geometry_msgs/msg/Vector3"
+        started = bridge(self, route("/in", 0x2222, more=LATCHED + f", payload: {vector}, map: {{x: {{from: y, scale: 0.5}}}}, drop: [x, z], others: default"))
+        notify(self, 0x2222, "{y: 3}", vector)
+        browser = self.browser
+        browser.open(started.url + "#routes")
+        browser.wait_for_text("#route-table", "flowing")
+        browser.click("#route-table a")
+        browser.wait_for_text("#message .values", "x: 1.5\ny: 0.0\nz: 0.0")
+        browser.wait_for_text("#message p", f"of {vector} in SOME/IP")
+        rows = browser.run("return [...document.querySelectorAll('#message tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent.trim()))")
+        self.assertEqual([(row[1], row[2]) for row in rows][1], ("40 08 00 00 00 00 00 00", "y"))
+
     def test_shows_what_cannot_be_carried(self):
         started = bridge(self, route("/in", 0x2222, more=LATCHED))
         notify(self, 0x2222, "3f f8 00 00 00 00 00 00 01")
@@ -185,19 +214,6 @@ class Page(unittest.TestCase):
         browser = self.see("sensor_msgs/msg/PointCloud2", "{header: {frame_id: lidar}, height: 1, width: 4, point_step: 16, row_step: 64, "
                            f"fields: [{fields}], data: 'hex:{points.hex()}'}}")
         browser.wait_for_text("#sight-words", "3 points, 1 nowhere, in lidar")
-    def test_shows_both_messages_of_a_route_that_maps_fields(self):
-        vector = "geometry_msgs/msg/Vector3"
-        started = bridge(self, route("/in", 0x2222, more=LATCHED + f", payload: {vector}, map: {{x: {{from: y, scale: 0.5}}}}, drop: [x, z], others: default"))
-        notify(self, 0x2222, "{y: 3}", vector)
-        browser = self.browser
-        browser.open(started.url + "#routes")
-        browser.wait_for_text("#route-table", "flowing")
-        browser.click("#route-table a")
-        browser.wait_for_text("#message .values", "x: 1.5\ny: 0.0\nz: 0.0")
-        browser.wait_for_text("#message p", f"of {vector} in SOME/IP")
-        rows = browser.run("return [...document.querySelectorAll('#message tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent.trim()))")
-        self.assertEqual([(row[1], row[2]) for row in rows][1], ("40 08 00 00 00 00 00 00", "y"))
-
         pixels = "return document.querySelector('canvas.scene').toDataURL()"
         drawn = browser.run(pixels)
         self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "3")

@@ -1,6 +1,7 @@
 // Who else is there in both networks, how full the limits of the bridge are, and what was counted for all routes.
 import {make} from "/parts.js";
 import {ago, fill, mono, numeric, serviceOf, table, whole} from "/console/text.js";
+import {Timeline} from "/console/timeline.js";
 
 const panel = (title, ...children) => make("div", {className: "panel"}, make("h2", {textContent: title}), ...children);
 
@@ -13,11 +14,18 @@ export class Limits {
     this.limits = table(["Limit", "", "Used", "Of"], "Limits");
     this.counters = table(["Group", "Counter", "Count"], "Counters");
     this.facts = make("p", {className: "faint"});
-    place.append(panel("SOME/IP", this.facts, this.hosts.element, this.offers.element, this.own.element), panel("DDS", this.participants.element),
+    this.timeline = new Timeline();
+    place.append(this.timeline.element, panel("SOME/IP", this.facts, this.hosts.element, this.offers.element, this.own.element), panel("DDS", this.participants.element),
       panel("This bridge", this.limits.element, this.counters.element));
   }
 
+  /// Of each picture, also while this is not shown.
+  note(picture) {
+    this.timeline.note(picture);
+  }
+
   show(picture) {
+    this.timeline.show();
     const {someip, dds} = picture;
     this.facts.textContent = `${someip.address}${someip.interface ? ` (${someip.interface})` : ""}, service discovery at port ${someip.port}; ` +
       `${whole(someip.discovery_received)} messages of it heard, ${whole(someip.reboots)} restarts of others. ` +

@@ -179,6 +179,7 @@ async function look() {
       const first = !page.picture;
       page.picture = await (await get("/status.json")).json();
       page.history.note(page.picture);
+      limits.note(page.picture);
       page.failed = 0;
       sessionStorage.setItem("token", page.token);
       $("ask-token").hidden = true;
