@@ -35,7 +35,7 @@ static_assert(TRESTLE_CALL_BYTES_ >= sizeof(someip::CallSlot) + sizeof(std::uint
 static_assert(TRESTLE_ENTRY_BYTES_ >= sizeof(sd::slots::PendingEntry));
 static_assert(TRESTLE_NOTE_BYTES_ >= sizeof(sd::Happening));
 static_assert(TRESTLE_SEND_BYTES_ >= sizeof(device::SendSlot));
-static_assert(TRESTLE_TP_BYTES_ >= sizeof(someip::TpSlot));
+static_assert(TRESTLE_TP_BYTES_ >= sizeof(someip::TpSlot) + sizeof(std::uint32_t));
 static_assert(TRESTLE_METHOD_BYTES_ >= sizeof(device::Method));
 
 Tables lay_out(const Sizes& sizes, ByteSpan memory) noexcept {

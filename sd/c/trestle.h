@@ -405,7 +405,7 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 #define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(3312, 86)
 #define TRESTLE_REMOTE_BYTES_ TRESTLE_SLOT_(136, 0)
 #else
-#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1208, 84)
+#define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1208, 86)
 #define TRESTLE_REMOTE_BYTES_ TRESTLE_SLOT_(128, 0)
 #endif
 #define TRESTLE_SERVICE_BYTES_ TRESTLE_SLOT_(180, 12)
@@ -419,7 +419,7 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 #define TRESTLE_ENTRY_BYTES_ TRESTLE_SLOT_(160, 0)
 #define TRESTLE_NOTE_BYTES_ TRESTLE_SLOT_(128, 0)
 #define TRESTLE_SEND_BYTES_ TRESTLE_SLOT_(56, 4)
-#define TRESTLE_TP_BYTES_ TRESTLE_SLOT_(64, 6)
+#define TRESTLE_TP_BYTES_ TRESTLE_SLOT_(68, 6)
 #define TRESTLE_METHOD_BYTES_ TRESTLE_SLOT_(4, 0)
 #define TRESTLE_MEMORY_BYTES_(services, eventgroups, events, subscribers, peers, needs, subscriptions,    \
                               remote_services, calls, pending_entries, pending_events, sends, send_bytes, \

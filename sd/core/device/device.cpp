@@ -9,6 +9,19 @@ using someip::Header;
 using someip::Message;
 using someip::MessageType;
 
+namespace {
+
+// An address in four bytes: of IPv4 itself. Others with the same mark lose a large message at a reboot.
+std::uint32_t mark_of(const IpAddress& address) noexcept {
+  std::uint32_t mark = 0;
+  for (std::size_t i = 0; i < address.bytes.size(); ++i) {
+    mark ^= std::uint32_t{address.bytes[i]} << i % 4 * 8;
+  }
+  return mark;
+}
+
+}  // namespace
+
 const char* to_string(Error error) noexcept {
   static constexpr std::array names{"bad argument", "table full", "duplicate", "not offered",
                                     "unavailable",  "no room",    "busy",      "too large"};
@@ -27,6 +40,7 @@ Device::Device(const Settings& settings, const MemoryView& memory) noexcept
       timed_out_{memory.timed_out},
       max_subscribers_{memory.discovery.subscribers.size()},
       discovery_{settings.discovery, memory.discovery},
+      tp_senders_{memory.tp_senders},
       reassembler_{
           memory.tp_slots,
           {.max_message_bytes = memory.tp_slots.empty() ? 0 : memory.tp_bytes.size() / memory.tp_slots.size(),
@@ -52,7 +66,11 @@ bool Device::may_be_port(std::uint16_t port) const noexcept {
 void Device::on_datagram(ByteView datagram, const Endpoint& from, const Endpoint& to,
                          TimePoint now) noexcept {
   if (to.port == own_.port) {
+    const auto reboots = discovery_.counters().reboots_detected;
     discovery_.on_datagram(datagram, from, to.address.is_multicast(), now);
+    if (discovery_.counters().reboots_detected != reboots) {
+      forget_large(from.address, now);
+    }
     return;
   }
   drop_rest();
@@ -88,7 +106,10 @@ bool Device::take_message(TimePoint now) noexcept {
     const auto whole = reassembler_.on_segment(from_, *message, now);
     if (!whole) {
       ++counters_.not_reassembled;
-    } else if (*whole) {
+      return true;
+    }
+    tp_senders_[reassembler_.recent()] = mark_of(from_.address);
+    if (*whole) {
       on_message({.header = (*whole)->header, .payload = (*whole)->payload}, now);
     }
   }
@@ -113,6 +134,20 @@ bool Device::admit(const Header& header) noexcept {
   }
   ++counters_.unexpected;
   return false;
+}
+
+// A host that was started anew counts its sessions from 1 on, as before: what it sends now would be taken for
+// the rest of a message that it had begun, or for stragglers of one that was whole. Only discovery knows. Of
+// whole messages it forgets all: to make room their sessions are forgotten at any time.
+// [feat_req_someipsd_863] [feat_req_someiptp_781]
+void Device::forget_large(const IpAddress& sender, TimePoint now) noexcept {
+  for (std::size_t i = 0; i < tp_senders_.size(); ++i) {
+    if (reassembler_.under_way(i) && tp_senders_[i] == mark_of(sender)) {
+      static_cast<void>(reassembler_.end(i, someip::TpDrop::replaced, now));
+    }
+  }
+  while (reassembler_.forget(TimePoint::max())) {
+  }
 }
 
 void Device::on_message(const Message& message, TimePoint now) noexcept {

@@ -199,6 +199,7 @@ class Device {
   void drop_rest() noexcept;
   bool take_message(TimePoint now) noexcept;
   [[nodiscard]] bool admit(const someip::Header& header) noexcept;
+  void forget_large(const IpAddress& sender, TimePoint now) noexcept;
   void on_message(const someip::Message& message, TimePoint now) noexcept;
   [[nodiscard]] Result<void> check_payload(ByteView payload) const noexcept;
   void answer(const someip::Header& header, ByteView payload) noexcept;
@@ -263,6 +264,7 @@ class Device {
   std::size_t max_subscribers_;
   sd::ServiceDiscovery discovery_;
   std::optional<someip::CallTable> calls_;
+  std::span<std::uint32_t> tp_senders_;
   someip::TpReassembler reassembler_;
   SendQueue queue_;
   Counters counters_;

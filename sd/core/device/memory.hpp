@@ -66,6 +66,7 @@ struct MemoryView {
   ByteSpan send_bytes{};
   std::span<someip::TpSlot> tp_slots{};
   std::span<std::uint32_t> tp_maps{};
+  std::span<std::uint32_t> tp_senders{};  // of each slot, whose last message it had
   ByteSpan tp_bytes{};
 };
 
@@ -116,6 +117,7 @@ constexpr void for_each_table(const Limits& limits, MemoryView& memory, Visit vi
   visit(limits.send_bytes, memory.send_bytes);
   visit(limits.tp_buffers, memory.tp_slots);
   visit(limits.tp_buffers * someip::tp_map_words(limits.tp_buffer_bytes), memory.tp_maps);
+  visit(limits.tp_buffers, memory.tp_senders);
   visit(std::size_t{limits.tp_buffers} * limits.tp_buffer_bytes, memory.tp_bytes);
 }
 

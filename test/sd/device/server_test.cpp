@@ -345,6 +345,51 @@ TEST_F(DeviceServer, PutsALargeRequestTogetherAndAnswersInSegments) {
   EXPECT_EQ(rig.happenings.back(), place_of<device::SendFinished>());
 }
 
+// A client that was started anew counts its sessions from 1 on, as before.
+TEST_F(DeviceServer, TakesNothingOfBeforeForALargeRequestOfAClientThatWasStartedAnew) {
+  covers({"feat_req_someipsd_863", "feat_req_someiptp_781"});
+  Rig<device::Limits{.tp_buffers = 2}> two{settings()};
+  ASSERT_TRUE(two.device().offer(0, two.now));
+  std::vector<std::string> requests;
+  const auto receive = [&](const Endpoint& from, std::string_view tp, const std::string& slice) {
+    two.receive(
+        hex("1234 0001 0000001c 0102 0001 01 01 20 00 " + std::string{tp} + slice), from, service_at,
+        [&](const Happening& what) { requests.push_back(to_hex(std::get<device::Request>(what).payload)); });
+  };
+  const auto discover = [&](FakePeer& who) {
+    for (int i = 0; i < 2; ++i) {  // so that the first one after a reboot is not the last one again
+      two.receive(who.unicast({test::find(0x4321)}), who.endpoint(), own);
+    }
+  };
+  constexpr std::string_view start_more = "00000001";
+  constexpr std::string_view rest = "00000010";  // at byte 16
+  const std::string before(32, '1');
+  const std::string first(32, '2');
+  const std::string last(32, '3');
+  discover(peer);
+  discover(other_peer);
+  receive(peer_udp, start_more, before);
+  receive(other_peer_udp, start_more, before);
+
+  peer.reboot();
+  discover(peer);
+  EXPECT_EQ(two.device().discovery().reboots_detected, 1U);
+  EXPECT_EQ(two.device().reassembly()[someip::TpDrop::replaced], 1U);
+  receive(peer_udp, rest, last);
+  EXPECT_THAT(requests, IsEmpty()) << "half of a message of before was taken";
+  receive(peer_udp, start_more, first);
+  receive(other_peer_udp, rest, last);  // whose own half is still there
+  EXPECT_THAT(requests, ElementsAre(first + last, before + last));
+
+  // Nor is the next one with that session a straggler of the one that was whole.
+  peer.reboot();
+  discover(peer);
+  receive(peer_udp, start_more, before);
+  receive(peer_udp, rest, last);
+  EXPECT_THAT(requests, ElementsAre(first + last, before + last, before + last));
+  EXPECT_EQ(two.device().reassembly()[someip::TpDrop::stale], 0U);
+}
+
 TEST_F(DeviceServer, DropsSegmentsThatItCannotPutTogether) {
   covers({"feat_req_someiptp_782"});
   // Beyond the 8 KB of the buffer; of a service that is not here; without session.
