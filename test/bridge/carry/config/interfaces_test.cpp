@@ -396,7 +396,9 @@ TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
 }
 
 TEST_F(InterfacesTest, WarnsOfAPackageThatHidesOneOfRos) {
-  write("Lamp.fidl", "package std_msgs\ninterface Lamp { broadcast lit { out { UInt8 level } } }\n");
+  write("Lamp.fidl",
+        "package std_msgs\ninterface Lamp {\nversion { major 1 minor 0 }\nbroadcast lit { out { UInt8 level "
+        "} } }\n");
   write("Lamp.fdepl", R"(
 import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
 import "Lamp.fidl"
