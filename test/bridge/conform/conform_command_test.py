@@ -133,8 +133,11 @@ class Conform(unittest.TestCase):
         self.assertIn(": 2 pass\n", conform("run", *cases, "--dut", profile, *ADDRESSES, "--out", self.folder))
         # The others ask when the answer is by unicast, or take either.
         either = ["sd.find.multicast", "sd.find.unicast-flag-clear"]
-        others = either + ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus", "sd.header.session-wraps"]
-        self.assertIn(": 6 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        others = either + ["sd.find.unreferenced-options", "sd.endpoint-option.find", "sd.endpoint-option.surplus"]
+        self.assertIn(": 5 pass\n", conform("run", *others, "--dut", profile, *ADDRESSES, "--out", self.folder))
+        # A slow machine says that it is too slow for 65,536 answers.
+        self.assertRegex(conform("run", "sd.header.session-wraps", "--dut", profile, *ADDRESSES, "--out", self.folder),
+                         r": 1 pass\n|the device counts \d+ Session IDs in \d+ s, too few")
         # A cyclic offer is not taken for an answer.
         text = conform("selftest", *cases, *either, "--dut", profile, *ADDRESSES, "--out", self.folder, "--fault", "find-ignored",
                        "--fault", "find-needs-unicast-flag", "--every")
