@@ -251,13 +251,12 @@ void Trial::await_unicast_answers() {
   });
 }
 
-SeenEntry Trial::answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
-                                std::uint8_t flags) {
+SeenEntry Trial::answer_to_find(const SdStimulus& find, bool multicast, const ServiceProfile& service) {
   await_unicast_answers();
   const std::size_t since = now();
   for (int count = 0; count < tries; ++count) {
     await_unicast_answers();
-    send_sd({.entries = {find}, .flags = flags}, multicast, "FindService");
+    send_sd(find, multicast, "FindService");
     if (auto seen = await_entry(since, profile.timing.answer_within, is_find_answer(service))) {
       comment(seen->packet, "the answer");
       return *seen;

@@ -139,8 +139,11 @@ class Trial {
   SeenEntry offer(const ServiceProfile& service);
   SeenEntry offer() { return offer(profile.service()); }
   /// The answer to a Find, which is sent up to three times.
+  SeenEntry answer_to_find(const SdStimulus& find, bool multicast, const ServiceProfile& service);
   SeenEntry answer_to_find(const sd::Entry& find, bool multicast, const ServiceProfile& service,
-                           std::uint8_t flags = sd::unicast_flag | sd::explicit_initial_data_flag);
+                           std::uint8_t flags = sd::unicast_flag | sd::explicit_initial_data_flag) {
+    return answer_to_find(SdStimulus{.entries = {find}, .flags = flags}, multicast, service);
+  }
 
   /// The first eventgroup of the first service of which this is true; ends the case when there is none.
   const EventgroupProfile& eventgroup(bool (*is_one)(const EventgroupProfile&));

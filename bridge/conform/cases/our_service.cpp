@@ -47,10 +47,10 @@ std::optional<SeenEntry> OurService::subscribe_since(std::size_t since, Duration
   });
 }
 
-SeenEntry OurService::subscribed(std::optional<someip::EventgroupId> group) {
+SeenEntry OurService::subscribed_to(const SdStimulus& offer, std::optional<someip::EventgroupId> group) {
   const std::size_t since = t_.now();
   for (int count = 0; count < 3; ++count) {
-    offer();
+    t_.offer_ours(offer);
     if (auto seen = subscribe_since(since, t_.profile.timing.answer_within, group)) {
       Trial::comment(seen->packet, "the subscription");
       return *seen;

@@ -31,7 +31,10 @@ class OurService {
   [[nodiscard]] std::optional<SeenEntry> subscribe_since(std::size_t since, Duration within,
                                                          std::optional<someip::EventgroupId> group = {});
   /// Offers the service up to three times. Ends the case when the device does not subscribe.
-  SeenEntry subscribed(std::optional<someip::EventgroupId> group = {});
+  SeenEntry subscribed(std::optional<someip::EventgroupId> group = {}) {
+    return subscribed_to(offer_message(), group);
+  }
+  SeenEntry subscribed_to(const SdStimulus& offer, std::optional<someip::EventgroupId> group = {});
   /// Acknowledges it, or refuses it.
   /// @param multicast  the group that the events go to.
   void answer(const SeenEntry& subscribe, bool good = true, std::optional<Endpoint> multicast = {});

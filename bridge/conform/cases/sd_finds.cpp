@@ -195,16 +195,7 @@ void add_sd_find_cases(Cases& cases) {
              for (std::uint16_t port = 40'000; port < 40'010; ++port) {
                find.options.push_back(endpoint_option({t.profile.tester, port}, Transport::udp));
              }
-             t.await_unicast_answers();
-             const std::size_t since = t.now();
-             for (int count = 0; count < 3; ++count) {
-               t.await_unicast_answers();
-               t.send_sd(find, true);
-               if (t.await_entry(since, t.profile.timing.answer_within, t.is_find_answer(service))) {
-                 return;
-               }
-             }
-             t.fail("no offer in answer to FindService");
+             t.answer_to_find(find, true, service);
            }},
       {.id = "sd.find.referenced-options",
        .title = "answers a Find that refers to an endpoint and a configuration",
@@ -216,15 +207,7 @@ void add_sd_find_cases(Cases& cases) {
              find.options = {endpoint_option({t.profile.tester, 40'000}, Transport::udp),
                              raw_option(6, 1, bytes({0, 3, 'a', '=', 'b', 0}))};
              find.entries.front().first_run.count = 2;
-             const std::size_t since = t.now();
-             for (int count = 0; count < 3; ++count) {
-               t.await_unicast_answers();
-               t.send_sd(find, true);
-               if (t.await_entry(since, t.profile.timing.answer_within, t.is_find_answer(service))) {
-                 return;
-               }
-             }
-             t.fail("no offer in answer to FindService");
+             t.answer_to_find(find, true, service);
            }},
       {.id = "sd.find.burst",
        .title = "answers each of ten Finds in a row",
