@@ -271,6 +271,7 @@ class ReaderCore final : public std::enable_shared_from_this<ReaderCore>, privat
 };
 
 void give_back(std::unique_ptr<Loan> loan) noexcept {
+  fast::given_back(loan->samples[0].received);
   loan->from->return_loan(loan->samples, loan->infos);
   const auto reader = std::move(loan->keeps);  // this may be the last one
   reader->keep(std::move(loan));

@@ -43,11 +43,31 @@ extern "C" int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, 
   }
   return pthread_mutex_timedlock(mutex, &wall);
 }
+extern "C" void __tsan_acquire(void* address);
+extern "C" void __tsan_release(void* address);
+extern "C" void __sanitizer_free_hook(const volatile void* memory);
+/// What was done before given_back() was done before Fast DDS frees the bytes.
+extern "C" void __sanitizer_free_hook(const volatile void* memory) {
+  __tsan_acquire(const_cast<void*>(memory));
+}
+#define TRESTLE_THREAD_SANITIZER 1
+#else
+#define TRESTLE_THREAD_SANITIZER 0
 #endif
 // NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 namespace trestle::dds::fast {
 
 void link_sanitizer_hints() noexcept {}
+
+void given_back([[maybe_unused]] std::span<const std::byte> payload) noexcept {
+#if TRESTLE_THREAD_SANITIZER
+  // Before the bytes, in the same piece of memory, it keeps the count, the size and the index.
+  constexpr std::size_t kept_before = 3 * sizeof(std::uint32_t);
+  if (!payload.empty()) {
+    __tsan_release(const_cast<std::byte*>(payload.data() - kept_before));
+  }
+#endif
+}
 
 }  // namespace trestle::dds::fast

@@ -1,17 +1,19 @@
 // isolated PROGRAM [ARGUMENT ...]: becomes that program, in a network namespace of its own that has nothing
-// but loopback, with a /dev/shm of its own. So no test hears, or disturbs, what another one sends: not its
-// multicast groups, its ports, its DDS domains, nor what it floods loopback with. Where the system permits no
-// namespaces it becomes the program all the same; tests have addresses of their own (loopback.hpp), so most
-// get on with each other.
+// but loopback, with a /dev/shm of its own, and for root a /run/trestle. So no test hears, or disturbs, what
+// another one sends: not its multicast groups, its ports, its DDS domains, nor what it floods loopback with.
+// Nor does it find the bridges of another one. Where the system permits no namespaces it becomes the program
+// all the same; tests have addresses of their own (loopback.hpp), so most get on with each other.
 #include <fcntl.h>
 #include <net/if.h>
 #include <sched.h>
 #include <sys/ioctl.h>
 #include <sys/mount.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -40,6 +42,13 @@ bool has_loopback_up() {
   return done;
 }
 
+// Where the bridges of root have their sockets (docs/status.md).
+bool hide_other_bridges() {
+  constexpr const char* folder = "/run/trestle";
+  return geteuid() != 0 || (mkdir(folder, 0755) != 0 && errno != EEXIST) ||
+         mount("none", folder, "tmpfs", MS_NOSUID | MS_NODEV, "mode=0755") == 0;
+}
+
 // Last what cannot be undone. Who is not root stays who he is, in a user namespace of his own.
 bool isolate() {
   if (const uid_t user = geteuid(); user != 0) {
@@ -51,7 +60,7 @@ bool isolate() {
     }
   }
   return unshare(CLONE_NEWNS) == 0 && mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
-         mount("none", "/dev/shm", "tmpfs", MS_NOSUID | MS_NODEV, nullptr) == 0 &&
+         mount("none", "/dev/shm", "tmpfs", MS_NOSUID | MS_NODEV, nullptr) == 0 && hide_other_bridges() &&
          unshare(CLONE_NEWNET) == 0 && has_loopback_up();
 }
 

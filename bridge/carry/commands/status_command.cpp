@@ -96,8 +96,10 @@ int run_status(const StatusOptions& options) {
       std::fputs("\x1b[H\x1b[2J", stdout);
     }
     print_all(options, found, colours);
-    for (const std::string& one : faults) {
-      std::fprintf(stderr, "%s\n", one.c_str());
+    if (options.bridge.empty() || found.empty()) {  // else they are about others
+      for (const std::string& one : faults) {
+        std::fprintf(stderr, "%s\n", one.c_str());
+      }
     }
     if (found.empty() && !(options.watch && redraws)) {
       std::fputs(options.bridge.empty() ? "no bridge runs on this host, as far as may be seen\n"
