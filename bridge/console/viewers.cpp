@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/console/acknowledged.hpp"
 #include "bridge/console/foxglove.hpp"
 #include "bridge/console/give_way.hpp"
 #include "bridge/console/inbox.hpp"
@@ -45,7 +46,8 @@ constexpr std::chrono::milliseconds change_every{20};
 /// What it took the bridge some time to tell of routes is kept so long after the last viewer has gone: those
 /// that come again and again cost it little.
 constexpr std::chrono::seconds remember_for{60};
-/// A viewer of which nothing comes, not even the answer to a ping, has gone.
+/// A viewer has gone that answers no ping for so long, and takes nothing either: on a slow link a large
+/// message takes longer, and the ping comes after it.
 constexpr std::chrono::seconds patience{30};
 
 /// A new one each time.
@@ -116,11 +118,14 @@ class Viewers::State {
     Session(State& state, tcp::socket socket)
         : state_{state},
           stream_{std::move(socket)},
+          alive_{stream_.get_executor()},
           viewer{foxglove::server_info("trestle bridge", state.session_name_)} {}
 
     void start(const web::Upgrade& upgrade) {
-      stream_.set_option(websocket::stream_base::timeout{
-          .handshake_timeout = patience, .idle_timeout = patience, .keep_alive_pings = true});
+      stream_.set_option(websocket::stream_base::timeout{.handshake_timeout = patience,
+                                                         .idle_timeout = websocket::stream_base::none(),
+                                                         .keep_alive_pings = false});
+      stream_.control_callback([this](auto&&...) { has_spoken_ = true; });
       stream_.set_option(websocket::stream_base::decorator(
           [protocol = std::string{foxglove::chosen_of(upgrade.request.protocols)}](
               websocket::response_type& response) {
@@ -134,6 +139,7 @@ class Viewers::State {
           return self->fail(error);
         }
         self->is_open_ = true;
+        self->watch();
         self->read();
         self->flush();
       });
@@ -179,6 +185,28 @@ class Viewers::State {
     }
 
    private:
+    /// Asks whether it is still there when it has neither said nor taken anything, and gives it up when there
+    /// is no answer.
+    void watch() {
+      alive_.expires_after(patience / 2);
+      alive_.async_wait([self = shared_from_this()](error_code error) {
+        if (error || !self->is_open_) {
+          return;
+        }
+        const auto taken =
+            acknowledged_bytes(beast::get_lowest_layer(self->stream_).socket().native_handle());
+        const bool has_taken = std::exchange(self->taken_, taken) != taken;
+        if (std::exchange(self->has_spoken_, false) || has_taken) {
+          self->is_asked_ = false;
+        } else if (std::exchange(self->is_asked_, true)) {
+          return self->end();
+        } else if (!std::exchange(self->is_pinging_, true)) {
+          self->stream_.async_ping({}, [self](error_code) { self->is_pinging_ = false; });
+        }
+        self->watch();
+      });
+    }
+
     void read() {
       stream_.async_read(
           in_, [self = shared_from_this()](error_code error, std::size_t) { self->on_read(error); });
@@ -187,6 +215,7 @@ class Viewers::State {
       if (error) {
         return fail(error);
       }
+      has_spoken_ = true;
       const auto data = in_.cdata();
       const std::string_view message{static_cast<const char*>(data.data()), data.size()};
       const auto result = stream_.got_text() ? viewer.on_text(message) : viewer.on_bytes(message);
@@ -210,6 +239,7 @@ class Viewers::State {
     }
     void end() {
       is_open_ = false;
+      alive_.cancel();
       state_.end(shared_from_this());
       beast::get_lowest_layer(stream_).close();  // last: who sees it knows that there is room for another
     }
@@ -219,6 +249,11 @@ class Viewers::State {
     std::string received_{};
     beast::flat_buffer in_{};
     Viewer::Frame frame_{};
+    asio::steady_timer alive_;
+    std::uint64_t taken_ = 0;  ///< bytes, when it was last looked at
+    bool has_spoken_ = true;   ///< since then
+    bool is_asked_ = false;    ///< by a ping
+    bool is_pinging_ = false;
     bool is_open_ = false;
     bool is_writing_ = false;
     bool is_closing_ = false;

@@ -236,13 +236,31 @@ class Viewers(Bridges):
         slow.subscribe(n1="/cloud")
         quick.subscribe(n1="/cloud")
         # More than what may wait for the slow one: 64 MB, and what the sockets hold.
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + 4 * PATIENCE
         while self.metric('trestle_viewer_messages_lost_total{reason="slow"}') == 0:
             self.assertEqual(len(quick.message()[2]), 4 + 4 + 4 + 4 + data)
             self.assertLess(time.monotonic(), end)
         for _ in range(3):
             quick.message()
         self.assertRegex(slow.status()["message"], "^messages not sent, because this viewer reads too slowly: [0-9]+; the last one of /cloud$")
+
+    def test_may_take_longer_for_a_message_than_one_that_is_gone_is_waited_for(self):
+        data, patience = 3 << 20, 30
+        self.bridge(route("/cloud", 0x2222, "std_msgs/msg/UInt8MultiArray"))
+        values = self.file.parent / "values.yaml"
+        values.write_text(f"data: 'hex:{'5a' * data}'\n")
+        self.notify(0x2222, f"@{values}", "std_msgs/msg/UInt8MultiArray", rate=1)
+        steady, gone = self.viewer(receive_buffer=8192), self.viewer(receive_buffer=8192)
+        for one in (steady, gone):
+            one.subscribe(n1="/cloud")
+        self.wait_for_metric("trestle_viewers", 2)
+        parts, begin = [], time.monotonic()
+        while sum(map(len, parts)) < data:  # the first message, at a pace: no ping is answered in between
+            parts.append(steady.read_exactly(data // 100))
+            time.sleep(1.4 * patience / 100)
+            self.assertLess(time.monotonic() - begin, 4 * PATIENCE)
+        self.assertGreater(time.monotonic() - begin, 1.3 * patience)
+        self.wait_for_metric("trestle_viewers", 1)  # one that takes nothing has gone
 
     def test_see_each_channel_under_a_name_of_its_own(self):
         self.bridge(route("/one", 0x2222) + route("/two", 0x2222, event=0x8002) + route("/three", 0x2222, instance=2))
