@@ -34,6 +34,8 @@ std::size_t unused_bytes() {
 SpareMemory::SpareMemory(boost::asio::io_context& io) : timer_{io} {
 #ifdef __GLIBC__
   mallopt(M_ARENA_MAX, most_arenas);
+  mallopt(M_MMAP_THRESHOLD, most_kept);
+  mallopt(M_TRIM_THRESHOLD, most_kept);
 #endif
   wait();
 }

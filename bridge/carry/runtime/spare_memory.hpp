@@ -41,6 +41,9 @@ class SpareMemoryRule {
 class SpareMemory {
  public:
   static constexpr int most_arenas = 2;
+  /// Allocations of so many bytes, and what lies unused at the end of an arena, go back at once. What is
+  /// smaller does not: a sample would have each of its pages made anew. The most that glibc permits.
+  static constexpr int most_kept = 32 << 20;
 
   explicit SpareMemory(boost::asio::io_context& io);
 

@@ -4,6 +4,7 @@
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+#include <sys/resource.h>
 
 #include <boost/asio/io_context.hpp>
 #include <cstdio>
@@ -11,6 +12,8 @@
 #include <latch>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "test/sanitized.hpp"
@@ -55,6 +58,32 @@ TEST(SpareMemory, IsSharedByAllThreads) {
   }
   threads.clear();
   EXPECT_LE(arenas(), SpareMemory::most_arenas);
+}
+
+long page_faults() {
+  rusage usage{};
+  getrusage(RUSAGE_THREAD, &usage);
+  return usage.ru_minflt;
+}
+
+TEST(SpareMemory, IsNotMadeAnewForEachSample) {
+  if (sanitized) {
+    GTEST_SKIP() << "a sanitizer allocates in its own way";
+  }
+  boost::asio::io_context io;
+  const SpareMemory spare_memory{io};
+  constexpr std::size_t bytes = 6 << 20;
+  const auto sample = [] { return std::vector<char>(bytes, 1); };
+  const auto carry = [&] {
+    return sample().back() + sample().back() + std::pair{sample(), sample()}.first.back();
+  };
+  std::ignore = carry();
+  const long before = page_faults();
+  constexpr int count = 10;
+  for (int i = 0; i < count; ++i) {
+    std::ignore = carry();
+  }
+  EXPECT_LT(page_faults() - before, 100) << "a sample has 1536 pages";
 }
 #endif
 
