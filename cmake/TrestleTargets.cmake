@@ -34,6 +34,9 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_compile_options(trestle_flags INTERFACE -Wno-maybe-uninitialized)
   endif()
 endif()
+if(NOT CMAKE_CROSSCOMPILING)
+  target_link_options(trestle_flags INTERFACE LINKER:--as-needed)  # each library that is loaded takes memory
+endif()
 if(TRESTLE_SANITIZE)
   target_compile_options(trestle_flags INTERFACE
     -fsanitize=${TRESTLE_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

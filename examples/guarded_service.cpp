@@ -23,6 +23,10 @@ int main(int argc, char** argv) try {
                                             .peers = {*sd::parse_subnet("192.168.10.20")}}}}}};
   const bool encrypted = argc > 3 && std::string_view{argv[3]} == "tls";
   if (encrypted) {
+    if (!has_tls()) {
+      std::fputs("this build of Trestle has no TLS\n", stderr);
+      return 1;
+    }
     config.tls = {.certificate_file = "node.pem", .key_file = "node.key", .ca_file = "roots.pem"};
   }
   sd::Node node{io, config};

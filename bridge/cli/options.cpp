@@ -183,6 +183,9 @@ sd::NodeConfig TlsOptions::with(sd::NodeConfig config) const {
   if (settings_ == someip::TlsSettings{}) {
     return config;
   }
+  if (!someip::has_tls()) {
+    throw CLI::ValidationError("--tls", "this program was built without TLS (CMake: TRESTLE_TLS)");
+  }
   if (const std::string mistake = someip::mistake_in(settings_); !mistake.empty()) {
     throw CLI::ValidationError("--tls", mistake);
   }

@@ -8,6 +8,14 @@
 #include "someip/net/tls_channel.hpp"
 #include "someip/wire/counters.hpp"
 
+namespace trestle::someip {
+
+// OpenSSL takes 2 MB of each process that loads it. So the linker is not asked for this here, but by those
+// who ask has_tls(), which stands beside it.
+[[gnu::weak]] std::shared_ptr<const TlsContext> make_tls_context(const TlsSettings& settings);
+
+}  // namespace trestle::someip
+
 namespace trestle::sd {
 
 using someip::add_counters;
@@ -23,6 +31,9 @@ constexpr std::size_t large_message = std::size_t{1} << 20U;
 std::shared_ptr<const someip::TlsContext> tls_of(const NodeConfig& config) {
   if (!config.tls) {
     return nullptr;
+  }
+  if (someip::make_tls_context == nullptr) {
+    throw std::invalid_argument{"tls: this program has to ask someip::has_tls() before: that links OpenSSL"};
   }
   try {
     return someip::make_tls_context(*config.tls);

@@ -80,6 +80,8 @@ class Tls : public TwoNodes {
   static constexpr MethodId event{0x8001};
   static constexpr std::uint16_t port = 40388;
 
+  void SetUp() override { ASSERT_TRUE(someip::has_tls()); }
+
   void start(const std::optional<TlsSettings>& of_server, const std::optional<TlsSettings>& of_client) {
     NodeConfig config = quick(server_address);
     config.tls = of_server;
