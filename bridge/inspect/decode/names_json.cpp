@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "bridge/describe/eventgroup_members.hpp"
+#include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/documents/problems.hpp"
 
 namespace trestle::inspect {
@@ -32,14 +32,10 @@ void add_names(Json& object, const describe::Interfaces& interfaces,
 
 void add_eventgroup_name(Json& object, const describe::Interfaces* interfaces, someip::ServiceId service,
                          someip::EventgroupId eventgroup) {
-  const describe::Service* const described = interfaces == nullptr ? nullptr : interfaces->service(service);
-  if (described == nullptr) {
-    return;
-  }
-  std::string name = interfaces->eventgroup_name(service, eventgroup);
-  name = name.empty() ? describe::members_of(*described, eventgroup) : name;
-  if (!name.empty()) {
-    object["eventgroup_name"] = name;
+  const auto title =
+      describe::title_of(interfaces == nullptr ? nullptr : interfaces->service(service), eventgroup);
+  if (!title.text.empty()) {
+    object["eventgroup_name"] = title.text;
   }
 }
 

@@ -3,7 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "bridge/describe/eventgroup_members.hpp"
+#include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/inspect/decode/names_json.hpp"
 #include "sd/net/discovery_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -72,15 +72,12 @@ std::string service_text(someip::ServiceId service, someip::InstanceId instance,
 
 std::string eventgroup_text(someip::ServiceId service, someip::EventgroupId eventgroup,
                             const describe::Interfaces* names) {
-  const std::string name = names == nullptr ? "" : names->eventgroup_name(service, eventgroup);
-  if (!name.empty()) {
-    return name;
+  const auto title = describe::title_of(names == nullptr ? nullptr : names->service(service), eventgroup);
+  if (title.is_name) {
+    return title.text;
   }
-  const describe::Service* const described = names == nullptr ? nullptr : names->service(service);
-  const std::string members =
-      described == nullptr ? std::string{} : describe::members_of(*described, eventgroup);
   const std::string id = sd::hexadecimal(someip::value(eventgroup));
-  return members.empty() ? id : fmt::format("{} ({})", id, members);
+  return title.text.empty() ? id : fmt::format("{} ({})", id, title.text);
 }
 
 std::string time_text(TimePoint time) {

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "bridge/describe/eventgroup_members.hpp"
+#include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 #include "test/bridge/describe/lowered.hpp"
 
@@ -429,16 +429,22 @@ TEST(ProtectionHeader, StandsWhereTheProfileSays) {
 TEST(Eventgroups, HaveTheNamesOfWhatIsInThem) {
   const someip::EventgroupId group{2};
   Service service;
-  EXPECT_EQ(members_of(service, group), "");
+  EXPECT_EQ(title_of(nullptr, group).text, "");
+  EXPECT_EQ(title_of(&service, group).text, "");
   for (const char* name : {"a", "b", "c"}) {
     service.events.push_back({.name = name, .eventgroups = {someip::EventgroupId{1}, group}});
   }
   service.events.push_back({.name = "other", .eventgroups = {someip::EventgroupId{1}}});
   service.fields.push_back({.name = "d", .eventgroups = {group}});
-  EXPECT_EQ(members_of(service, group), "a, b, c, d");
+  EXPECT_EQ(title_of(&service, group).text, "a, b, c, d");
   service.fields.push_back({.name = "e", .eventgroups = {group}});
   service.fields.push_back({.name = "f", .eventgroups = {group}});
-  EXPECT_EQ(members_of(service, group), "a, b, c, d, \xe2\x80\xa6");
+  EXPECT_EQ(title_of(&service, group).text, "a, b, c, d, \xe2\x80\xa6");
+  EXPECT_FALSE(title_of(&service, group).is_name);
+  service.eventgroups = {{.name = "", .id = someip::EventgroupId{1}}, {.name = "motion", .id = group}};
+  EXPECT_EQ(title_of(&service, group).text, "motion");
+  EXPECT_TRUE(title_of(&service, group).is_name);
+  EXPECT_EQ(title_of(&service, someip::EventgroupId{1}).text, "a, b, c, other");
 }
 
 }  // namespace

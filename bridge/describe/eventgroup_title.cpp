@@ -1,10 +1,11 @@
-#include "bridge/describe/eventgroup_members.hpp"
+#include "bridge/describe/eventgroup_title.hpp"
 
 #include <algorithm>
 
 namespace trestle::describe {
+namespace {
 
-std::string members_of(const Service& service, someip::EventgroupId eventgroup) {
+std::string what_is_in(const Service& service, someip::EventgroupId eventgroup) {
   constexpr std::size_t most = 4;
   std::size_t count = 0;
   std::string text;
@@ -21,6 +22,19 @@ std::string members_of(const Service& service, someip::EventgroupId eventgroup) 
   std::ranges::for_each(service.events, add);
   std::ranges::for_each(service.fields, add);
   return text;
+}
+
+}  // namespace
+
+EventgroupTitle title_of(const Service* service, someip::EventgroupId eventgroup) {
+  if (service == nullptr) {
+    return {};
+  }
+  const auto found = std::ranges::find(service->eventgroups, eventgroup, &Eventgroup::id);
+  if (found != service->eventgroups.end() && !found->name.empty()) {
+    return {found->name, true};
+  }
+  return {what_is_in(*service, eventgroup)};
 }
 
 }  // namespace trestle::describe
