@@ -41,8 +41,18 @@ std::string list(const Things& things, Name name) {
                      names.size() > named ? fmt::format(" and {} more", names.size() - named) : "");
 }
 
+std::string service_text(const RoutePicture& route, std::uint16_t instance) {
+  return route.service_name.empty() ? fmt::format("0x{:04x}.0x{:04x}", route.service, instance)
+                                    : fmt::format("{}.0x{:04x}", route.service_name, instance);
+}
 std::string service_of(const RoutePicture& route) {
-  return fmt::format("0x{:04x}.0x{:04x}", route.service, route.instance);
+  return service_text(route, route.instance);
+}
+std::string with_name(std::uint16_t id, const std::string& name) {
+  return name.empty() ? fmt::format("0x{:04x}", id) : fmt::format("0x{:04x} ({})", id, name);
+}
+std::string eventgroup_of(const RoutePicture& route) {
+  return "eventgroup " + with_name(route.eventgroup, route.eventgroup_name);
 }
 
 bool is(const RoutePicture& route, std::string_view kind) {
@@ -103,8 +113,8 @@ Found offered_otherwise(const RoutePicture& route, const Picture& /*around*/) {
   }
   return fmt::format("{} version {} is not offered, but {}", service_of(route),
                      version(route.major, route.minor),
-                     list(route.someip.offers, [](const OfferPicture& one) {
-                       return fmt::format("0x{:04x}.0x{:04x} version {} by {}", one.service, one.instance,
+                     list(route.someip.offers, [&](const OfferPicture& one) {
+                       return fmt::format("{} version {} by {}", service_text(route, one.instance),
                                           version(one.major, one.minor), one.host);
                      }));
 }
@@ -115,22 +125,20 @@ bool lacks_subscription(const RoutePicture& route) {
 }
 Found refused(const RoutePicture& route, const Picture& /*around*/) {
   return lacks_subscription(route) && route.someip.refused
-             ? Found{fmt::format("{} is offered, but the server refuses eventgroup 0x{:04x}",
-                                 service_of(route), route.eventgroup)}
+             ? Found{fmt::format("{} is offered, but the server refuses {}", service_of(route),
+                                 eventgroup_of(route))}
              : Found{};
 }
 Found over_tcp_only(const RoutePicture& route, const Picture& /*around*/) {
   return lacks_subscription(route) && route.someip.over_tcp_only
-             ? Found{fmt::format(
-                   "{} is offered, but not over TCP; `transport: tcp` is wanted for eventgroup 0x{:04x}",
-                   service_of(route), route.eventgroup)}
+             ? Found{fmt::format("{} is offered, but not over TCP; `transport: tcp` is wanted for {}",
+                                 service_of(route), eventgroup_of(route))}
              : Found{};
 }
 Found not_acknowledged(const RoutePicture& route, const Picture& /*around*/) {
   return lacks_subscription(route)
-             ? Found{fmt::format("{} is offered, but the server has not answered the subscription to "
-                                 "eventgroup 0x{:04x}",
-                                 service_of(route), route.eventgroup)}
+             ? Found{fmt::format("{} is offered, but the server has not answered the subscription to {}",
+                                 service_of(route), eventgroup_of(route))}
              : Found{};
 }
 Found other_events(const RoutePicture& route, const Picture& /*around*/) {
@@ -142,8 +150,8 @@ Found other_events(const RoutePicture& route, const Picture& /*around*/) {
 }
 Found no_event(const RoutePicture& route, const Picture& /*around*/) {
   return is(route, "event_to_topic") && is_silent(route) && route.someip.wanted
-             ? Found{fmt::format("eventgroup 0x{:04x} of {} is subscribed to, but no event has come",
-                                 route.eventgroup, service_of(route))}
+             ? Found{fmt::format("{} of {} is subscribed to, but no event has come", eventgroup_of(route),
+                                 service_of(route))}
              : Found{};
 }
 Found not_callable(const RoutePicture& route, const Picture& /*around*/) {
@@ -476,8 +484,9 @@ std::string in_words(const Why& why, const RoutePicture* route, const Picture& a
     case Cause::not_offered:
       return fmt::format("nobody offers {} ({})", one ? why.details : "their services", hosts_heard(around));
     case Cause::other_events:
-      return fmt::format("{} came with id {}, the route waits for 0x{:04x}",
-                         count_of(route->someip.other_events, "event"), why.details, route->member);
+      return fmt::format("{} came with id {}, the route waits for {}",
+                         count_of(route->someip.other_events, "event"), why.details,
+                         with_name(route->member, route->member_name));
     case Cause::no_participant:
       return fmt::format(
           "nobody else is in DDS domain {} (`dds: {{domain: ...}}`, ROS_DOMAIN_ID; firewall; "
@@ -505,10 +514,10 @@ std::string in_words(const Why& why, const RoutePicture* route, const Picture& a
     case Cause::no_reader:
       return fmt::format("{} came, but nobody reads the topic", came("message"));
     case Cause::no_subscriber:
-      return fmt::format("{} came, but nobody subscribes to {}", came("sample"),
-                         one ? fmt::format("eventgroup 0x{:04x} of {} ({})", route->eventgroup,
-                                           service_of(*route), hosts_heard(around))
-                             : "their eventgroups");
+      return fmt::format(
+          "{} came, but nobody subscribes to {}", came("sample"),
+          one ? fmt::format("{} of {} ({})", eventgroup_of(*route), service_of(*route), hosts_heard(around))
+              : "their eventgroups");
     case Cause::dropped:
       return fmt::format("{} came, but none {} carried: {} ({})", came("message"),
                          one && route->carried > 0 ? "of the last ones was" : "was", meaning_of(why.details),

@@ -2,6 +2,7 @@
 //
 //   picture.hpp        all of it at one moment, as plain values; made by bridge/carry/runtime
 //   picture_json.hpp   the same as JSON, both ways
+//   id_names.hpp       what interface descriptions call the ids in it
 //   seen_message.hpp   a copy of a message, for who looks at a route
 //   causes.hpp         why nothing flows on a route, in words: from the picture alone
 //
@@ -166,6 +167,10 @@ struct RoutePicture {
   std::uint16_t instance = 0;
   std::uint16_t member = 0;  ///< event or method
   std::uint16_t eventgroup = 0;
+  // In the interface descriptions of the configuration; empty: they do not have it.
+  std::string service_name;
+  std::string member_name;      ///< "moved"; of a part of a field "opening.get"
+  std::string eventgroup_name;  ///< where it has no name: what is in it, "moved, level"
   std::uint32_t major = 0;
   std::uint32_t minor = 0;  ///< 0xffffffff: any
   std::string transport;    ///< "udp", "tcp" or empty: as offered

@@ -31,7 +31,8 @@ NLOHMANN_JSON_SERIALIZE_ENUM(RouteState, {{RouteState::idle, "idle"},
                                           {RouteState::waiting, "waiting"},
                                           {RouteState::failing, "failing"}})
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RoutePicture, kind, name, direction, type, service, instance,
-                                                member, eventgroup, major, minor, transport, line, received,
+                                                member, eventgroup, service_name, member_name,
+                                                eventgroup_name, major, minor, transport, line, received,
                                                 carried, bytes, per_second, bytes_per_second, last_ns,
                                                 last_carried_ns, counters, conversion, path, slowest, someip,
                                                 dds, pattern, in_use, limit, state, cause)

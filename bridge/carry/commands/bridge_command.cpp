@@ -98,13 +98,13 @@ std::string token_of(const std::string& file) {
 /// Runs the bridge of a configuration, and can replace it by the bridge of another one.
 class Runner {
  public:
-  Runner(boost::asio::io_context& io, const Options& options, BridgeConfig config)
+  Runner(boost::asio::io_context& io, const Options& options, Loaded loaded)
       : io_{io},
         file_{options.file},
         console_address_{options.console},
         report_{options.report_fd},
         counters_{io, STDOUT_FILENO},
-        config_{std::move(config)} {
+        loaded_{std::move(loaded)} {
     open_status();  // first: whoever reads that the bridge is ready can ask for its state
     start();
   }
@@ -139,13 +139,13 @@ class Runner {
     bridge_->stop();
     console_.reset();
     bridge_.reset();  // frees the sockets for the new bridge
-    const BridgeConfig before = std::exchange(config_, std::move(*changed));
+    const Loaded before = std::exchange(loaded_, std::move(*changed));
     try {
       start();
     } catch (const std::exception& error) {
       spdlog::error("{}", error.what());
       spdlog::error("the bridge cannot start with {}: going on as before", file_);
-      config_ = before;
+      loaded_ = before;
       start();
     }
   }
@@ -154,13 +154,13 @@ class Runner {
   [[nodiscard]] std::string status_path() const { return status_ ? status_->path().string() : std::string{}; }
 
   /// The value in the present configuration.
-  [[nodiscard]] const Duration& busy_poll() const noexcept { return config_.someip.busy_poll; }
+  [[nodiscard]] const Duration& busy_poll() const noexcept { return loaded_.config.someip.busy_poll; }
 
  private:
   void start() {
     // The files of the types are read again too, because they may have changed.
-    types_.emplace(messages::TypeLibrary::in(config_.types));
-    bridge_ = std::make_unique<Bridge>(io_, config_, *types_, report_);
+    types_.emplace(messages::TypeLibrary::in(loaded_.config.types));
+    bridge_ = std::make_unique<Bridge>(io_, loaded_.config, *types_, report_, loaded_.names);
     try {
       open_console();
     } catch (...) {
@@ -169,11 +169,11 @@ class Runner {
       throw;
     }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
-                 count_of_all(config_), file_);
+                 count_of_all(loaded_.config), file_);
   }
 
   void open_console() {
-    std::optional<ConsoleSettings> settings = config_.console;
+    std::optional<ConsoleSettings> settings = loaded_.config.console;
     if (!console_address_.empty()) {
       if (!settings) {
         settings.emplace();
@@ -244,7 +244,7 @@ class Runner {
   std::string console_address_;  ///< of the command line
   Report report_;
   CounterOutput counters_;
-  BridgeConfig config_;
+  Loaded loaded_;
   std::optional<messages::TypeLibrary> types_;
   std::unique_ptr<Bridge> bridge_;
   std::unique_ptr<console::Console> console_;
@@ -252,8 +252,8 @@ class Runner {
 };
 
 int run(const Options& options) {
-  auto config = load_or_explain(options.file);
-  if (!config) {
+  auto loaded = load_or_explain(options.file);
+  if (!loaded) {
     return cli::exit_usage;
   }
   // Logs go to standard error, counters to standard output. The bridge goes on without their readers, whether
@@ -288,7 +288,7 @@ int run(const Options& options) {
                               }};
   raise_descriptor_limit();  // before the bridge, which shares out what it may have
   const SpareMemory spare_memory{io};
-  runner.emplace(io, options, std::move(*config));
+  runner.emplace(io, options, std::move(*loaded));
   if (drop_root) {
     drop_root->give(runner->status_path());
     drop_root->now();

@@ -47,22 +47,23 @@ void add_check_command(CLI::App& app, int& status) {
   command->callback([files, quiet, folder, network, patience, &status] {
     const cli::Colours colours = cli::colours_for(STDOUT_FILENO);
     for (const std::string& file : *files) {
-      const auto config = load_or_explain(file);
-      if (!config) {
+      const auto loaded = load_or_explain(file);
+      if (!loaded) {
         status = cli::exit_usage;
         continue;
       }
+      const BridgeConfig& config = loaded->config;
       if (!*quiet && !*network) {
-        std::fputs(summary(*config, colours).c_str(), stdout);
+        std::fputs(summary(config, colours).c_str(), stdout);
       }
       if (!folder->empty()) {
-        if (const std::string fault = write_field_packages(*config, *folder); !fault.empty()) {
+        if (const std::string fault = write_field_packages(config, *folder); !fault.empty()) {
           std::fprintf(stderr, "%s\n", fault.c_str());
           status = cli::exit_failure;
         }
       }
       if (*network) {
-        const NetworkCheck found = check_network(*config, std::chrono::seconds{*patience}, colours);
+        const NetworkCheck found = check_network(config, std::chrono::seconds{*patience}, colours);
         if (!*quiet || !found.is_all) {
           std::fputs(found.text.c_str(), stdout);
         }

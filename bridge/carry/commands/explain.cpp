@@ -106,7 +106,7 @@ TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
   return {messages::check_type(use.type, places, rules), messages::check_lengths(use.type, places, rules)};
 }
 
-std::optional<BridgeConfig> load_or_explain(const std::string& file) {
+std::optional<Loaded> load_or_explain(const std::string& file) {
   auto loaded = load_config(file, verdict_on);
   // Problems of the file itself, then those of the lock file that it names.
   const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
@@ -131,7 +131,7 @@ std::optional<BridgeConfig> load_or_explain(const std::string& file) {
         stderr);
     return std::nullopt;
   }
-  return std::move(loaded->config);
+  return std::move(*loaded);
 }
 
 }  // namespace trestle::carry

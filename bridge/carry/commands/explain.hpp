@@ -12,7 +12,7 @@ namespace trestle::carry {
 /// Loads a configuration for a command. Problems and warnings are printed on standard error, as
 /// "FILE:LINE:COLUMN: error: ..." with the line and a mark below the place.
 /// @return nothing when there was any error: the caller ends with exit_usage.
-[[nodiscard]] std::optional<BridgeConfig> load_or_explain(const std::string& file);
+[[nodiscard]] std::optional<Loaded> load_or_explain(const std::string& file);
 
 /// What is to be said of a type that a configuration names, for load_config().
 [[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,

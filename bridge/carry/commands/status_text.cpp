@@ -78,22 +78,31 @@ std::string drops_text(const RoutePicture& route) {
   return losses.size() > 2 ? fmt::format("{} and {} more", text, losses.size() - 2) : text;
 }
 
+// "Door.0x0001.moved"; what has no name by its ids.
+std::string ids_text(const RoutePicture& route) {
+  const std::string member = route.member_name.empty() ? fmt::format("0x{:04x}", route.member)
+                                                       : documents::printable(route.member_name);
+  return route.service_name.empty()
+             ? fmt::format("0x{:04x}.0x{:04x}.{}", route.service, route.instance, member)
+             : fmt::format("{}.0x{:04x}.{}", documents::printable(route.service_name), route.instance,
+                           member);
+}
+
 constexpr std::size_t columns = 9;
 using StatusRow = std::array<std::string, columns>;
 
 StatusRow row_of(const RoutePicture& route, std::int64_t now_ns) {
   const bool pattern = route.kind == "pattern";
-  return {
-      documents::printable(route.name) + (pattern ? " (pattern)" : ""),
-      route.direction == "dds_to_someip" ? "->" : "<-",
-      pattern ? "" : fmt::format("0x{:04x}.0x{:04x}.0x{:04x}", route.service, route.instance, route.member),
-      to_string(route.state),
-      pattern ? counted(route.pattern.routes, "route") : number_text(route.per_second),
-      number_text(route.bytes_per_second / 1e6),
-      route.last_ns == 0 ? "never"
-                         : time_text(std::max(0.0, static_cast<double>(now_ns - route.last_ns) / 1e9)),
-      latency_text(route.conversion),
-      latency_text(route.path)};
+  return {documents::printable(route.name) + (pattern ? " (pattern)" : ""),
+          route.direction == "dds_to_someip" ? "->" : "<-",
+          pattern ? "" : ids_text(route),
+          to_string(route.state),
+          pattern ? counted(route.pattern.routes, "route") : number_text(route.per_second),
+          number_text(route.bytes_per_second / 1e6),
+          route.last_ns == 0 ? "never"
+                             : time_text(std::max(0.0, static_cast<double>(now_ns - route.last_ns) / 1e9)),
+          latency_text(route.conversion),
+          latency_text(route.path)};
 }
 
 void append_route_table(std::string& out, const Picture& picture, const cli::Colours& colours) {

@@ -290,13 +290,13 @@ void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, documen
 }
 
 /// @param file_problems  what is wrong with the files that it names: interfaces, the lock file.
-void load_root(YAML::Node root, BridgeConfig& config, const TypeCheck& check_type,
+void load_root(YAML::Node root, BridgeConfig& config, IdNames& names, const TypeCheck& check_type,
                documents::Problems& problems, std::vector<documents::Problem>& file_problems) {
-  const AppliedInterfaces applied =
-      apply_interfaces(root, config.file, config.types, problems, file_problems);
+  AppliedInterfaces applied = apply_interfaces(root, config.file, config.types, problems, file_problems);
   if (!applied.good) {
     return;
   }
+  names = std::move(applied.names);
   documents::Section section{root, "", problems};
   for (const char* key : {"interfaces", "generate"}) {  // used already, and known
     static_cast<void>(section.child(key));
@@ -407,7 +407,8 @@ void ask_keys(const std::string& text, const documents::KeyListener& listener) {
   problems.listen(listener);
   std::vector<documents::Problem> of_files;
   BridgeConfig config;
-  load_root(documents::parse_document(text, {}, problems), config, {}, problems, of_files);
+  IdNames names;
+  load_root(documents::parse_document(text, {}, problems), config, names, {}, problems, of_files);
 }
 
 tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_view text,
@@ -419,7 +420,7 @@ tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_v
   loaded.config.file = file;
   if (const YAML::Node root =
           documents::parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
-    load_root(root, loaded.config, check_type, problems, file_problems);
+    load_root(root, loaded.config, loaded.names, check_type, problems, file_problems);
   }
   const bool is_good = !problems.has_errors();
   std::vector<documents::Problem> all = problems.take();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/picture/id_names.hpp"
 
 namespace trestle::carry {
 
@@ -36,6 +37,7 @@ using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const messages::
 struct Loaded {
   BridgeConfig config;
   std::vector<documents::Problem> warnings;
+  IdNames names{};  ///< of what its `interfaces` describe
 };
 
 /// Reads a configuration from text, and the lock file that it names. Everything is checked, and all errors

@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "bridge/carry/config/elements.hpp"
+#include "bridge/carry/config/id_names_of.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/package_faults.hpp"
 #include "bridge/describe/sources/sources.hpp"
@@ -521,6 +522,7 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
     applied.good = false;
     return applied;
   }
+  applied.names = id_names_of(system.model);
   types.described.push_back(std::make_shared<describe::ModelSource>(
       system.lowered, sources.size() == 1 ? sources.front().name : "the interfaces"));
   for (const describe::PackageFault& fault : describe::faults_of_packages(system.model, system.lowered)) {

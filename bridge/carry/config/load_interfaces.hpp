@@ -7,6 +7,7 @@
 
 #include "bridge/documents/problems.hpp"
 #include "bridge/messages/types/type_library.hpp"
+#include "bridge/picture/id_names.hpp"
 
 namespace trestle::carry {
 
@@ -16,6 +17,7 @@ struct AppliedInterfaces {
   bool good = true;
   bool tells_of_routes = false;                ///< why there may be no route is among the errors
   std::optional<documents::Mark> generated{};  ///< of all that `generate` made
+  IdNames names{};                             ///< that the descriptions give
 };
 
 /// Uses the interface descriptions that a configuration names:

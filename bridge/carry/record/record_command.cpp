@@ -234,10 +234,11 @@ int run(RecordArguments& arguments) {
   arguments.interfaces.load();
   std::optional<BridgeConfig> config;
   if (!arguments.config.empty()) {
-    config = load_or_explain(arguments.config);
-    if (!config) {
+    auto loaded = load_or_explain(arguments.config);
+    if (!loaded) {
       return cli::exit_usage;
     }
+    config = std::move(loaded->config);
   }
   Recording recording{arguments, config};
   return recording.run();

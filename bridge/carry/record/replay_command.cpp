@@ -234,10 +234,11 @@ int run(ReplayArguments& arguments) {
   arguments.interfaces.load();
   std::optional<BridgeConfig> config;
   if (!arguments.config.empty()) {
-    config = load_or_explain(arguments.config);
-    if (!config) {
+    auto loaded = load_or_explain(arguments.config);
+    if (!loaded) {
       return cli::exit_usage;
     }
+    config = std::move(loaded->config);
   }
   const std::unique_ptr<ReplaySource> source =
       open_recording(arguments.file, arguments.network.config_without_address().port);

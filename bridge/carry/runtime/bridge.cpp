@@ -84,7 +84,8 @@ void log_dds(spdlog::logger& logger, const dds::Happening& happening) {
 }  // namespace
 
 struct Bridge::State {
-  State(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types, Report& report)
+  State(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types, Report& report,
+        IdNames id_names)
       : clock{clock_of(io)},
         watch{std::make_shared<TopicWatch>(io)},
         publishers{*clock},
@@ -102,6 +103,7 @@ struct Bridge::State {
         someip_settings{config.someip},
         other_interface{other_interface_of(config.someip)},
         domain{config.dds.domain.value_or(0)},
+        names{std::move(id_names)},
         started{clock->now()} {}
 
   void join_someip(const BridgeConfig& config) {
@@ -225,7 +227,12 @@ struct Bridge::State {
     if (const std::string* const topic = route.awaited()) {
       silence->add({.topic = *topic,
                     .received = [&route] { return route.received(); },
-                    .picture = [this, &route] { return route.picture(around); }});
+                    .picture =
+                        [this, &route] {
+                          RoutePicture picture = route.picture(around);
+                          names.name(picture);
+                          return picture;
+                        }});
     }
   }
 
@@ -282,14 +289,15 @@ struct Bridge::State {
   const SomeipSettings someip_settings;
   const std::string other_interface;
   const std::uint32_t domain;
+  const IdNames names;
   const RouteClock::TimePoint started;
   bool stopping = false;
   std::unique_ptr<Diagnostics> diagnostics;  ///< if there is something to tell
 };
 
 Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types,
-               Report& report)
-    : state_{std::make_unique<State>(io, config, types, report)} {
+               Report& report, IdNames names)
+    : state_{std::make_unique<State>(io, config, types, report, std::move(names))} {
   State& state = *state_;
   start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.interface); });
   // First all sockets, which may be taken: who joins DDS is seen by others at once.
@@ -358,6 +366,9 @@ Picture Bridge::picture() const {
   }
   if (state.discovered) {
     state.discovered->append_pictures(picture.routes);
+  }
+  for (RoutePicture& route : picture.routes) {
+    state.names.name(route);
   }
   state.routes.append_offers(picture.someip.own_offers);
   append_networks(picture, *state.node, *state.participant);

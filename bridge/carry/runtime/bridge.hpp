@@ -31,6 +31,7 @@
 #include "bridge/carry/runtime/counters.hpp"
 #include "bridge/carry/runtime/report.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
+#include "bridge/picture/id_names.hpp"
 #include "bridge/picture/picture.hpp"
 #include "bridge/picture/seen_message.hpp"
 
@@ -60,9 +61,10 @@ class Bridge {
   /// Compiles the conversions, then opens all sockets and DDS endpoints. Nothing is offered or subscribed to
   /// unless everything could be opened.
   /// @param report  outlives the bridge.
+  /// @param names   of its routes, for pictures and the log.
   /// @throws std::runtime_error  what() says what could not be opened and what to do.
   Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages::TypeLibrary& types,
-         Report& report);
+         Report& report, IdNames names = {});
   ~Bridge();
   Bridge(const Bridge&) = delete;
   Bridge& operator=(const Bridge&) = delete;

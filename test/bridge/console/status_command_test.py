@@ -26,6 +26,7 @@ from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
 from bridge_program import BRIDGE, DOMAIN, GROUP, PEER, head, log_until
 
 TRESTLE = sys.argv.pop(1)
+EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../examples")
 
 ROUTES = """\
 routes:
@@ -61,10 +62,10 @@ class StatusCommand(unittest.TestCase):
         self.environment = {**os.environ, "XDG_RUNTIME_DIR": self.folder.name, "TZ": "UTC"}
         self.sockets = os.path.join(self.folder.name, "trestle")
 
-    def start(self, *arguments, more="", ready="Ctrl-C stops"):
+    def start(self, *arguments, more="", routes=ROUTES, ready="Ctrl-C stops"):
         file = os.path.join(self.folder.name, "bridge.yaml")
         with open(file, "w", encoding="utf-8") as config:
-            config.write(head() + more + ROUTES)
+            config.write(head() + more + routes)
         log = tempfile.TemporaryFile("a+")
         self.addCleanup(log.close)
         bridge = subprocess.Popen([TRESTLE, "bridge", *arguments, file], stdout=subprocess.DEVNULL, stderr=log,
@@ -151,6 +152,25 @@ class StatusCommand(unittest.TestCase):
         slowest = self.status(bridge, "--slowest").stdout
         self.assertEqual(len(re.findall(r"^  \d\d:\d\d:\d\d\.\d{3}  /in  session 0x000[3-7]  \d+ B  .*: waited .*, convert .*, "
                                         r"send .*$", slowest, re.MULTILINE)), 4, slowest)
+
+    def test_names_what_the_interfaces_describe(self):
+        bridge = self.start(routes=f"interfaces: [{os.path.join(EXAMPLES, 'door')}]\ngenerate: all\n")
+        self.assertRegex(self.status(bridge).stdout, r"  /door/moved +<- +Door\.0x0001\.moved +waiting ")
+        with Peer(PEER, GROUP) as peer:
+            peer.offer(BRIDGE)
+            route = self.route_until(bridge, "/door/moved", lambda one: one["cause"]["name"] == "not_offered")
+            self.assertEqual(route["cause"]["words"], "nobody offers Door.0x0001 (1 SOME/IP host was heard)")
+            peer.send_sd(BRIDGE, struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x4711, 1, 1 << 24 | 600, 0), peer.endpoint(40002))
+            route = self.route_until(bridge, "/door/moved", lambda one: one["cause"]["name"] == "not_acknowledged")
+            words = ("Door.0x0001 is offered, but the server has not answered the subscription to eventgroup 0x0002 "
+                     "(moved, blocked)")
+            self.assertEqual(route["cause"]["words"], words)
+            self.assertIn("      " + words + "\n", self.status(bridge).stdout)
+            self.assertEqual([route[key] for key in ("service_name", "member_name", "eventgroup_name")],
+                             ["Door", "moved", "moved, blocked"])
+            getter = self.route(bridge, "/door/label/get")
+            self.assertEqual((getter["member_name"], getter["eventgroup_name"]), ("label.get", ""))
+            log_until(bridge.log, words)
 
     @staticmethod
     @contextlib.contextmanager

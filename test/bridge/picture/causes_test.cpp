@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <set>
 
+#include "bridge/picture/id_names.hpp"
+
 namespace trestle::test::causes_test {
 namespace {
 
@@ -426,6 +428,43 @@ TEST(Causes, HaveATestEach) {
   for (const carry::CauseRow& one : carry::cause_rows()) {
     EXPECT_TRUE(tested.contains(one.name)) << one.name;
   }
+}
+
+TEST(Causes, SpeakInTheNamesOfInterfaceDescriptions) {
+  carry::IdNames names;
+  names.add(0x1111, 1, {"Door", {{0x8001, "moved"}}, {{7, "motion"}}});
+  names.add(0x1111, 2, {"Newer", {{0x8001, "shifted"}}, {{7, "other"}}});
+  const auto told = [&](RoutePicture one, const Picture& picture = around()) {
+    names.name(one);
+    return said(one, picture);
+  };
+  RoutePicture one = event();
+  EXPECT_EQ(told(one),
+            "not_acknowledged: Door.0x0001 is offered, but the server has not answered the subscription to "
+            "eventgroup 0x0007 (motion)");
+  one.someip.refused = true;
+  EXPECT_EQ(told(one), "refused: Door.0x0001 is offered, but the server refuses eventgroup 0x0007 (motion)");
+  one = event();
+  one.someip.over_tcp_only = true;
+  EXPECT_THAT(told(one), HasSubstr("is wanted for eventgroup 0x0007 (motion)"));
+  EXPECT_EQ(told(subscribed()),
+            "no_event: eventgroup 0x0007 (motion) of Door.0x0001 is subscribed to, but no event has come");
+  one = subscribed();
+  one.someip.other_events = 1;
+  one.someip.other_ids = {0x8002};
+  EXPECT_EQ(told(one), "other_events: 1 event came with id 0x8002, the route waits for 0x8001 (moved)");
+  one = event();
+  one.someip.offers = {offer(2, 2)};
+  EXPECT_EQ(told(one),
+            "offered_otherwise: Door.0x0001 version 1.any is not offered, but Door.0x0002 version 2.0 by "
+            "10.0.0.3");
+  one = coming(topic());
+  one.someip.subscribers = 0;
+  EXPECT_THAT(told(one), HasSubstr("nobody subscribes to eventgroup 0x0007 (motion) of Door.0x0001 ("));
+  one = event();
+  one.major = 3;
+  EXPECT_THAT(told(one), HasSubstr("0x1111.0x0001 version 3.any is not offered"))
+      << "the description has no such version";
 }
 
 TEST(Causes, OfManyRoutesAreToldWithoutWhatIsTheirOwn) {

@@ -21,6 +21,8 @@ TEST(PictureJson, GoesBothWays) {
   route.kind = "event_to_topic";
   route.name = "/points";
   route.service = 0x1234;
+  route.service_name = "Door";
+  route.eventgroup_name = "motion";
   route.minor = 0xffff'ffff;
   route.per_second = 9.5;
   route.counters = {{"received", 12, "traffic"}};
@@ -35,6 +37,7 @@ TEST(PictureJson, GoesBothWays) {
   EXPECT_THAT(json, HasSubstr("\"trestle\":1"));
   EXPECT_THAT(json, HasSubstr("\"state\":\"failing\""));
   EXPECT_THAT(json, HasSubstr("\"service\":4660"));
+  EXPECT_THAT(json, HasSubstr("\"eventgroup_name\":\"motion\""));
   EXPECT_THAT(json, Not(HasSubstr("\n")));
   const auto again = carry::picture_from_json(json);
   ASSERT_TRUE(again) << again.error();

@@ -107,6 +107,26 @@ TEST_F(InterfacesTest, MakeARouteForEverything) {
   EXPECT_TRUE(types.resolve_service(config.methods[0].type)) << config.methods[0].type;
 }
 
+TEST_F(InterfacesTest, GiveTheIdsOfRoutesTheirNames) {
+  const Loaded loaded = good("interfaces: [Door.fidl, Door.fdepl]\nroutes: [{someip: Door.moved}]\n");
+  const auto names_of = [&](std::uint16_t service, std::uint32_t major, std::uint16_t member) {
+    RoutePicture route;
+    route.service = service;
+    route.major = major;
+    route.member = member;
+    route.eventgroup = 5;
+    loaded.names.name(route);
+    return route.service_name + " " + route.member_name + " (" + route.eventgroup_name + ")";
+  };
+  EXPECT_EQ(names_of(0x1234, 2, 0x8002), "Door moved (moved, angle)");
+  EXPECT_EQ(names_of(0x1234, 2, 0x8001), "Door angle.notify (moved, angle)");
+  EXPECT_EQ(names_of(0x1234, 2, 1), "Door angle.get (moved, angle)");
+  EXPECT_EQ(names_of(0x1234, 2, 3), "Door open (moved, angle)");
+  EXPECT_EQ(names_of(0x1234, 2, 0x8009), "Door  (moved, angle)") << "a member that nobody describes";
+  EXPECT_EQ(names_of(0x1234, 1, 0x8002), "  ()") << "another version";
+  EXPECT_EQ(names_of(0x1235, 2, 0x8002), "  ()");
+}
+
 TEST_F(InterfacesTest, MakeAnActionOfAnAction) {
   std::filesystem::create_directories(folder_ / "car" / "action");
   write("car/action/Spin.action", "int32 order\n---\nint32[] sequence\n---\nint32[] partial\n");

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "bridge/picture/picture.hpp"
+
+namespace trestle::carry {
+
+/// What interface descriptions call the ids of services, so that pictures of routes have the names.
+class IdNames {
+ public:
+  struct Service {
+    std::string name;
+    std::map<std::uint16_t, std::string> members;      ///< methods, events and parts of fields: "opening.get"
+    std::map<std::uint16_t, std::string> eventgroups;  ///< or what is in them, "moved, level"
+  };
+
+  /// Of several with the same id and major version the first one is kept.
+  void add(std::uint16_t id, std::uint32_t major, Service service);
+  /// Fills in the names of a route. What nobody has described stays as it is.
+  void name(RoutePicture& route) const;
+
+ private:
+  std::map<std::pair<std::uint16_t, std::uint32_t>, Service> services_;  ///< by id and major version
+};
+
+}  // namespace trestle::carry
