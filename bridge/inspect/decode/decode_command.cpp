@@ -95,6 +95,9 @@ void note(std::uint64_t count, const char* what) {
   }
 }
 
+constexpr const char* left_over_note =
+    "messages have bytes left over behind their values (left_over): is the description as new as the sender?";
+
 int decode_capture(const Arguments& arguments) {
   std::optional<pcaps::CaptureFile> file;
   try {
@@ -130,6 +133,7 @@ int decode_capture(const Arguments& arguments) {
   note(decoder.foreign_streams(), "directions of TCP connections were not taken for SOME/IP (see --port)");
   note(traffic.fragments().dropped() + traffic.fragments().incomplete(), "IP packets lack fragments");
   note(decoder.messages().incomplete(), "segmented messages lack segments");
+  note(decoder.messages().with_left_over(), left_over_note);
   if (!file->error().empty()) {
     tell(cli::colours_for(STDERR_FILENO).red, "error",
          "the capture cannot be read to its end: " + file->error());
@@ -170,6 +174,7 @@ int decode_hex(const Arguments& arguments) {
   output.flush();
   if (!output.closed()) {
     note(decoder.incomplete(), "segmented messages lack segments");
+    note(decoder.with_left_over(), left_over_note);
   }
   return status_of(decoder.malformed());
 }

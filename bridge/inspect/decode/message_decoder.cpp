@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "bridge/inspect/decode/left_over.hpp"
 #include "bridge/inspect/decode/names_json.hpp"
 #include "bridge/inspect/decode/sd_json.hpp"
 #include "someip/net/address_text.hpp"
@@ -122,7 +123,7 @@ bool MessageDecoder::print_message(const traffic::Place& place, std::size_t offs
 /// @return where the payload does not fit its description.
 std::optional<traffic::Violation> MessageDecoder::add_described(Json& object, std::size_t offset,
                                                                 const someip::Message& message,
-                                                                bool is_segment) const {
+                                                                bool is_segment) {
   const someip::Header& header = message.header;
   const describe::Service* const service =
       interfaces_ == nullptr ? nullptr : interfaces_->service(header.service, header.interface_version);
@@ -141,6 +142,11 @@ std::optional<traffic::Violation> MessageDecoder::add_described(Json& object, st
     return std::nullopt;
   }
   const auto misfit = add_values(object, *content, message.payload);
+  if (auto behind = left_over(*interfaces_, *element, *content, message.payload)) {
+    behind->offset += offset + someip::header_bytes;
+    object["left_over"] = to_json(*behind);
+    ++with_left_over_;
+  }
   // Of another version the description need not be right.
   const std::uint8_t major = interfaces_->model().services[element->service].major;
   if (!misfit || header.interface_version != major) {

@@ -2,7 +2,7 @@
 //
 //   capture_decoder.hpp  from a capture to JSON; bridge/traffic finds the messages
 //   message_decoder.hpp  a message as JSON, with the rules that it breaks
-//   message_json.hpp, sd_json.hpp, names_json.hpp  its parts
+//   message_json.hpp, sd_json.hpp, names_json.hpp, left_over.hpp  its parts
 //   decode_command.hpp   the command
 //
 // docs/decode.md describes every field.
@@ -40,6 +40,8 @@ class MessageDecoder : public traffic::MessageSink {
   [[nodiscard]] std::uint64_t messages() const noexcept { return messages_; }
   /// Objects with an "error".
   [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
+  /// Messages with bytes behind their values, which their description does not have.
+  [[nodiscard]] std::uint64_t with_left_over() const noexcept { return with_left_over_; }
   /// Messages of which some TP segments are missing.
   [[nodiscard]] std::uint64_t incomplete() const noexcept;
 
@@ -50,13 +52,14 @@ class MessageDecoder : public traffic::MessageSink {
 
   [[nodiscard]] std::optional<traffic::Violation> add_described(Json& object, std::size_t offset,
                                                                 const someip::Message& message,
-                                                                bool is_segment) const;
+                                                                bool is_segment);
 
   Hooks hooks_;
   const describe::Interfaces* interfaces_;
   std::optional<traffic::TpAssembly> assembly_;
   std::uint64_t messages_ = 0;
   std::uint64_t malformed_ = 0;
+  std::uint64_t with_left_over_ = 0;
 };
 
 }  // namespace trestle::inspect

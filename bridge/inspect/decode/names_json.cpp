@@ -81,7 +81,7 @@ std::optional<Misfit> misfit_of(const describe::Content& content, ByteView paylo
 }
 
 std::optional<Misfit> add_values(Json& object, const describe::Content& content, ByteView payload) {
-  if (content.is_empty && payload.size() == content.e2e.bytes) {
+  if (content.is_empty && payload.size() >= content.e2e.bytes) {
     object["values"] = Json::object();
   }
   if (!content.values) {

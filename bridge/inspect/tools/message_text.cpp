@@ -5,6 +5,7 @@
 
 #include "bridge/cli/protection.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/inspect/decode/left_over.hpp"
 #include "bridge/inspect/decode/names_json.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -23,6 +24,7 @@ struct Shown {
   std::string e2e{};     ///< hexadecimal digits of the E2E header, of one that was not checked
   std::string check{};   ///< JSON members: what the E2E check found
   std::string misfit{};  ///< JSON of where it does not fit its description
+  std::optional<LeftOver> left_over{};
 };
 
 /// The content that the description gives it; null: none does, or --type says something else.
@@ -65,6 +67,8 @@ Shown shown(const someip::Message& message, const cli::PayloadOptions& options) 
       result.misfit = error.dump();
       return result;
     }
+    const auto& described = *options.described();
+    result.left_over = left_over(*described.interfaces, *described.element, *content, payload, !is_checked);
     if (!is_checked) {
       std::vector<std::byte> header;
       without_header = content->without_header(payload, &header);
@@ -86,9 +90,17 @@ Shown shown(const someip::Message& message, const cli::PayloadOptions& options) 
 std::string json_members(const Shown& shown, ByteView payload) {
   const std::string e2e = shown.e2e.empty() ? "" : fmt::format("\"e2e\":\"{}\",", shown.e2e);
   const std::string error = shown.misfit.empty() ? "" : fmt::format(",\"error\":{}", shown.misfit);
+  const std::string left_over =
+      shown.left_over ? fmt::format(",\"left_over\":{}", to_json(*shown.left_over).dump()) : "";
   return e2e + shown.check +
          (shown.values.empty() ? fmt::format("\"payload\":\"{}\"{}", hex_digits(payload), error)
-                               : fmt::format("\"values\":{}", shown.values));
+                               : fmt::format("\"values\":{}", shown.values)) +
+         left_over;
+}
+
+/// The values as YAML, and a comment where they are not all of the payload.
+std::string yaml_of(const Shown& shown) {
+  return shown.values + (shown.left_over ? "# " + to_string(*shown.left_over) + "\n" : "");
 }
 
 std::string names_of(const cli::PayloadOptions& options) {
@@ -110,7 +122,7 @@ PayloadText answer_text(const someip::Message& answer, const cli::PayloadOptions
   const bool good = answer.header.return_code == someip::ReturnCode::ok;
   Shown values = good ? shown(answer, options) : Shown{};
   if (options.form() == Form::yaml || (!values.fault.empty() && values.misfit.empty())) {
-    return {std::move(values.values), std::move(values.fault)};
+    return {yaml_of(values), std::move(values.fault)};
   }
   const someip::Header& header = answer.header;
   return {fmt::format("{{\"method\":\"{}\",{}\"return_code\":{},\"return_code_value\":{},{}}}\n",
@@ -140,7 +152,7 @@ PayloadText message_text(const someip::Message& message, const Endpoint* from,
               std::move(values.fault),
               is_bad ? fmt::format("{}: {}", failed, hex_digits(message.payload)) : std::move(failed)};
     }
-    return {fmt::format("# {} session {}\n{}---\n", name, session, values.values), {}, std::move(failed)};
+    return {fmt::format("# {} session {}\n{}---\n", name, session, yaml_of(values)), {}, std::move(failed)};
   }
   const char* const kind = message.header.type == someip::MessageType::notification ? "event" : "method";
   const std::string source = from == nullptr ? "" : fmt::format("\"src\":\"{}\",", someip::to_string(*from));

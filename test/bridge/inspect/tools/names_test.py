@@ -128,6 +128,14 @@ class Door(unittest.TestCase):
             done = run("call", 2, "Door.shut", "{speed: SLOW}", *DOOR)
             self.assertEqual((done.returncode, done.stdout), (3, ""), done.stderr)
 
+    def test_bytes_behind_the_values_are_told(self):
+        with Running("notify", 1, "0x4711.1", "2", "0x8010", "32000102", "--rate", "50") as notify:
+            done = run("subscribe", 2, "Door.0x0001.moved", "--count", "1", *DOOR)
+            self.assertIn("opening: 50\nspeed: SLOW\n# 2 bytes left over at offset 2\n", done.stdout, done.stderr)
+            done = run("subscribe", 2, "Door.0x0001.moved", "--count", "1", "--json", *DOOR)
+            self.assertEqual(json.loads(done.stdout)["left_over"],
+                             {"offset": 2, "bytes": 2, "detail": "2 bytes left over at offset 2"})
+
     def test_a_field_is_read_set_and_heard(self):
         with Running("offer", 1, "Door", "--field", 'label="Push"', "--udp", *DOOR) as offer:
             self.assertEqual(run("call", 2, "Door.label", *DOOR).stdout, "label: Push\n")
@@ -358,6 +366,22 @@ class Recordings(unittest.TestCase):
         found = objects[0]["sd"]["entries"][0]
         self.assertEqual((found["eventgroup"], found["eventgroup_name"]), ("0x0002", "moved, blocked"))
 
+    def test_say_what_is_left_over_behind_the_values(self):
+        status, objects, log = decode_capture(
+            [message(0x4711, 0x8010, b"\x32\x00", kind=2),
+             message(0x4711, 0x8010, b"\x32\x00\x01\x02\x03", kind=2),
+             message(0x4711, 0x8011, b"\0\0\0\0\xff", kind=2),
+             message(0x4711, 0x0002, b"\x07\x08"),
+             message(0x4711, 0x0077, b"\xaa")], *DOOR)
+        self.assertEqual(status, 0, "a receiver ignores them")
+        self.assertEqual([one.get("left_over") for one in objects], [
+            None, {"offset": 18, "bytes": 3, "detail": "3 bytes left over at offset 18"},
+            {"offset": 20, "bytes": 1, "detail": "1 byte left over at offset 20"},
+            {"offset": 16, "bytes": 2, "detail": "2 bytes left over at offset 16"}, None])
+        self.assertEqual([one.get("values") for one in objects], [
+            {"opening": 50, "speed": "SLOW"}, {"opening": 50, "speed": "SLOW"}, {"obstacles": []}, {}, None])
+        self.assertIn("3 messages have bytes left over behind their values", log)
+
     def test_say_where_a_payload_does_not_fit(self):
         status, objects, _ = decode_capture(
             [message(0x4711, 0x8011, b"\0\0\0\x08\x3f\x80\0\0\0\0\0\x09", kind=2),
@@ -386,6 +410,11 @@ class Recordings(unittest.TestCase):
         status, objects, _ = decode_capture([message(0x4712, 0x8010, payload, kind=2, version=2)], *EVERY)
         self.assertEqual(status, 0)
         self.assertEqual(objects[0]["values"], IT)
+        self.assertNotIn("left_over", objects[0])
+        behind = [message(0x4712, 0x8010, payload + bytes(more), kind=2, version=2) for more in (1, 2, 9)]
+        for more, one in zip((1, 2, 9), decode_capture(behind, *EVERY)[1]):
+            self.assertEqual((one["left_over"]["offset"], one["left_over"]["bytes"]), (16 + len(payload), more))
+            self.assertEqual(one["values"], IT)
         # Cut anywhere: an error, or what is there, and never the end of the program.
         cut = [message(0x4712, 0x8010, payload[:size], kind=2, version=2) for size in range(len(payload))]
         status, objects, _ = decode_capture(cut, *EVERY)
