@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -35,10 +36,44 @@ std::optional<std::string> service_of_reply(std::string_view topic) {
   return std::string{topic};
 }
 
+/// A topic, service or action, by the names that ROS has.
+struct Named {
+  std::string name;
+  std::string type;
+};
+
+/// What a writer belongs to; nothing: to nothing of ROS, or to a part that does not count by itself.
+std::optional<Named> named_of(const dds::FoundWriter& writer) {
+  constexpr std::string_view send_goal = "/_action/send_goal";
+  constexpr std::string_view send_goal_type = "_SendGoal";
+  const auto type = dds::type_of_ros(writer.type);
+  if (!type) {
+    return std::nullopt;
+  }
+  if (auto topic = dds::topic_of_ros(writer.topic)) {
+    return Named{std::move(*topic), *type};
+  }
+  auto service = service_of_reply(writer.topic);
+  if (!service || !type->ends_with(response_suffix)) {
+    return std::nullopt;
+  }
+  std::string name = type->substr(0, type->size() - response_suffix.size());
+  if (service->ends_with(send_goal) && name.ends_with(send_goal_type)) {
+    service->resize(service->size() - send_goal.size());
+    name.resize(name.size() - send_goal_type.size());
+  }
+  return Named{std::move(*service), std::move(name)};
+}
+
 /// What nodes have by themselves, and what names that begin with "_" hide.
-bool is_of_every_node(std::string_view name, std::string_view type) {
-  return name == "/rosout" || name == "/parameter_events" || type.starts_with("rcl_interfaces/") ||
-         type.starts_with("type_description_interfaces/") || name.find("/_") != std::string_view::npos;
+bool is_of_every_node(const Named& one) {
+  return one.name == "/rosout" || one.name == "/parameter_events" ||
+         one.type.starts_with("rcl_interfaces/") || one.type.starts_with("type_description_interfaces/") ||
+         one.name.find("/_") != std::string::npos;
+}
+
+bool is_among(std::span<const std::string> names, const std::string& name) {
+  return std::ranges::find(names, name) != names.end();
 }
 
 }  // namespace
@@ -84,29 +119,10 @@ std::vector<describe::RosInterface> interfaces_of(std::span<const dds::FoundWrit
                                                   std::span<const std::string> only,
                                                   const std::string& place) {
   std::map<std::string, std::string, std::less<>> types;  // by name
-  const auto add = [&](const std::string& name, const std::string& type) {
-    const bool is_wanted =
-        only.empty() ? !is_of_every_node(name, type) : std::ranges::find(only, name) != only.end();
-    if (is_wanted) {
-      types.emplace(name, type);
-    }
-  };
-  constexpr std::string_view send_goal = "/_action/send_goal";
-  constexpr std::string_view send_goal_type = "_SendGoal";
   for (const dds::FoundWriter& one : graph) {
-    const auto type = dds::type_of_ros(one.type);
-    if (!type || one.bridge) {
-      continue;
-    }
-    if (const auto topic = dds::topic_of_ros(one.topic)) {
-      add(*topic, *type);
-    } else if (auto service = service_of_reply(one.topic); service && type->ends_with(response_suffix)) {
-      std::string name = type->substr(0, type->size() - response_suffix.size());
-      if (service->ends_with(send_goal) && name.ends_with(send_goal_type)) {
-        service->resize(service->size() - send_goal.size());
-        name.resize(name.size() - send_goal_type.size());
-      }
-      add(*service, name);
+    if (auto found = named_of(one);
+        found && (only.empty() ? !one.bridge && !is_of_every_node(*found) : is_among(only, found->name))) {
+      types.emplace(std::move(found->name), std::move(found->type));
     }
   }
   std::vector<describe::RosInterface> interfaces;
@@ -114,6 +130,23 @@ std::vector<describe::RosInterface> interfaces_of(std::span<const dds::FoundWrit
     interfaces.push_back({.type = type, .name = name, .place = fmt::format("{} {}", place, name)});
   }
   return interfaces;
+}
+
+std::vector<std::string> brought_by_bridges(std::span<const dds::FoundWriter> graph) {
+  std::map<std::string, bool, std::less<>> names;  // whether only bridges have it
+  for (const dds::FoundWriter& one : graph) {
+    if (const auto found = named_of(one); found && !is_of_every_node(*found)) {
+      bool& is_brought = names.try_emplace(found->name, true).first->second;
+      is_brought = is_brought && one.bridge;
+    }
+  }
+  std::vector<std::string> brought;
+  for (const auto& [name, is_brought] : names) {
+    if (is_brought) {
+      brought.push_back(name);
+    }
+  }
+  return brought;
 }
 
 }  // namespace trestle::generate

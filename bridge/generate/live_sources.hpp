@@ -18,11 +18,15 @@ namespace trestle::generate {
                                                   double seconds);
 
 /// What services can be made of in a ROS graph: each topic that is written to, each service and each action
-/// that is served, by name. What every node has (its parameters, its log) is left out unless it is named.
+/// that is served, by name. What every node has (its parameters, its log) and what only bridges have (it is
+/// in SOME/IP already) is left out unless it is named.
 /// @param only   names of topics, services and actions; empty: all.
 /// @param place  for messages.
 [[nodiscard]] std::vector<describe::RosInterface> interfaces_of(std::span<const dds::FoundWriter> graph,
                                                                 std::span<const std::string> only,
                                                                 const std::string& place);
+
+/// The names of what only bridges have, in their order.
+[[nodiscard]] std::vector<std::string> brought_by_bridges(std::span<const dds::FoundWriter> graph);
 
 }  // namespace trestle::generate

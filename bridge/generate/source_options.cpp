@@ -1,6 +1,7 @@
 #include "bridge/generate/source_options.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -141,8 +142,8 @@ void SourceArguments::read_live(describe::Reading& into) const {
   }
   for (const auto& [domain, names] : domains) {
     const std::string place = domain ? fmt::format("ros:{}", *domain) : "ros";
-    const std::vector<describe::RosInterface> found =
-        interfaces_of(readers_.ros(domain, seconds_), names, place);
+    const std::vector<dds::FoundWriter> graph = readers_.ros(domain, seconds_);
+    const std::vector<describe::RosInterface> found = interfaces_of(graph, names, place);
     for (const std::string& name : names) {
       if (std::ranges::find(found, name, &describe::RosInterface::name) == found.end()) {
         into.problems.push_back(
@@ -151,7 +152,19 @@ void SourceArguments::read_live(describe::Reading& into) const {
              .text = fmt::format("no node publishes or serves {} (within {} s)", name, seconds_)});
       }
     }
-    if (found.empty() && names.empty()) {
+    const std::vector<std::string> brought =
+        names.empty() ? brought_by_bridges(graph) : std::vector<std::string>{};
+    if (!brought.empty()) {
+      into.problems.push_back(
+          {.severity = documents::Problem::Severity::warning,
+           .file = place,
+           .mark = {},
+           .text = fmt::format("left out: {}: only bridges publish or serve {}, so SOME/IP has {} already; "
+                               "name it as a SOURCE to make a service of it nevertheless",
+                               fmt::join(brought, ", "), brought.size() == 1 ? "it" : "them",
+                               brought.size() == 1 ? "it" : "them")});
+    }
+    if (found.empty() && brought.empty() && names.empty()) {
       into.problems.push_back(
           {.severity = documents::Problem::Severity::warning,
            .file = place,

@@ -9,6 +9,9 @@ import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
+from bridge_program import DOMAIN, head, log_until
+
 program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 DOOR = source / "examples" / "door"
 SEAT = source / "examples" / "seat"
@@ -404,6 +407,29 @@ class Generate(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         service, = json.loads(done.stdout)["services"]
         self.assertEqual((service["id"], service["instances"][0]["address"]), ("0x1234", "127.0.0.1"))
+
+    def test_says_what_in_a_ros_graph_only_bridges_have(self):
+        file = self.folder / "bridge.yaml"
+        file.write_text(head() + f"interfaces: [{DOOR}]\nroutes: [{{someip: Door.moved, topic: /moved}}]\n")
+        with open(self.folder / "log", "w+", encoding="utf-8") as log:
+            bridge = subprocess.Popen([program, "bridge", file], stdout=subprocess.DEVNULL, stderr=log)
+            try:
+                log_until(log, "Ctrl-C stops")
+                for seconds in ("2", "10", "30"):  # until the machine lets them meet
+                    status, output, errors = run("generate", f"ros:{DOMAIN}", "--to", "json", "--for", seconds)
+                    if "left out" in errors:
+                        break
+                self.assertIn("warning: left out: /moved: only bridges publish or serve it, so SOME/IP has it already; name it as a "
+                              "SOURCE to make a service of it nevertheless", errors)
+                self.assertNotIn("no topic, service or action was seen", errors)
+                self.assertNotIn("oved", output)
+                # Its type is that of the description.
+                status, output, errors = run("generate", "/moved", DOOR, "--to", "json", "--for", seconds,
+                                             env={**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)})
+                self.assertNotIn("no node publishes", errors)
+            finally:
+                bridge.terminate()
+                bridge.wait()
 
     def test_explains_bytes(self):
         status, output, errors = run("explain", "Door.open.response", DOOR)

@@ -41,10 +41,22 @@ TEST(InterfacesOf, LeavesOutWhatEveryNodeHas) {
       {.topic = "rt/parameter_events", .type = "rcl_interfaces::msg::dds_::ParameterEvent_"},
       {.topic = "rr/node/get_parametersReply", .type = "rcl_interfaces::srv::dds_::GetParameters_Response_"},
       {.topic = "ros_discovery_info", .type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"},
-      {.topic = "Square", .type = "ShapeType"},
-      {.topic = "rt/from_car", .type = "std_msgs::msg::dds_::Bool_", .bridge = true}};
+      {.topic = "Square", .type = "ShapeType"}};
   EXPECT_THAT(found(graph), IsEmpty());
   EXPECT_THAT(found(graph, {"/rosout"}), ElementsAre("/rosout rcl_interfaces/msg/Log"));
+}
+
+TEST(InterfacesOf, TakesWhatOnlyBridgesHaveWhereItIsNamed) {
+  const std::vector<dds::FoundWriter> graph{
+      {.topic = "rt/from_car", .type = "std_msgs::msg::dds_::Bool_", .bridge = true},
+      {.topic = "rt/both", .type = "std_msgs::msg::dds_::Bool_", .bridge = true},
+      {.topic = "rt/both", .type = "std_msgs::msg::dds_::Bool_"},
+      {.topic = "rt/rosout", .type = "rcl_interfaces::msg::dds_::Log_", .bridge = true},
+      {.topic = "rr/door/openReply", .type = "std_srvs::srv::dds_::SetBool_Response_", .bridge = true}};
+  EXPECT_THAT(found(graph), ElementsAre("/both std_msgs/msg/Bool"));
+  EXPECT_THAT(brought_by_bridges(graph), ElementsAre("/door/open", "/from_car"));
+  EXPECT_THAT(found(graph, {"/from_car", "/door/open"}),
+              ElementsAre("/door/open std_srvs/srv/SetBool", "/from_car std_msgs/msg/Bool"));
 }
 
 TEST(FormOf, TellsSourcesApart) {
