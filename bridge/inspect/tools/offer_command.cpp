@@ -199,6 +199,24 @@ class Service {
         described.content->unknown.empty() ? "there is no value to begin with" : described.content->unknown));
   }
 
+  /// An answer begins with an error where the method has one. Zero means that there is none; without a zero
+  /// nothing does, and the answer begins with the first enumerator.
+  void tell_of_usual_error(const describe::ServiceElement& method) const {
+    const describe::Model& model = interfaces().model();
+    const describe::TypeIndex error = model.services[method.service].methods[method.member].error;
+    if (error == describe::no_type) {
+      return;
+    }
+    const std::vector<describe::Enumerator> all =
+        describe::all_enumerators(model, describe::resolved(model, error));
+    if (!all.empty() && std::ranges::find(all, 0, &describe::Enumerator::value) == all.end()) {
+      cli::Session::warn(fmt::format(
+          "{} is answered with the error {}, the first of its errors, none of which is 0 (no error): "
+          "--method '{}={{error: …}}' chooses another answer",
+          method.name, all.front().name, method.member_name));
+    }
+  }
+
   /// METHOD=CODE
   void add_error(const std::string& text) {
     const auto [id, value] = split(text, '=');
@@ -226,6 +244,8 @@ class Service {
       answer = value ? answers.parse(*value) : usual(answers);
       if (!answer) {
         tell_of_no_value(answers, fmt::format("--method '{}=…'", method.member_name));
+      } else if (!value && !options_.quiet) {
+        tell_of_usual_error(method);
       }
     }
     add_method(method.id, options_.payload.of_element(interfaces(), method, false), answer.value_or(Bytes{}),

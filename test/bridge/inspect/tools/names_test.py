@@ -51,6 +51,29 @@ PRINTED = {
 IT = {"it": PRINTED}
 
 
+ERR_FIDL = """package car
+interface Err {
+  version { major 1 minor 0 }
+  method shut { in { UInt8 speed } out { Boolean done } error ShutError }
+  method chosen { out { Boolean done } error ShutError }
+  method plain { out { Boolean done } error { FINE = 0 BROKEN = 7 } }
+  enumeration ShutError { BLOCKED = 1 LOCKED = 2 }
+}
+"""
+ERR_FDEPL = """import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
+import "Err.fidl"
+define org.genivi.commonapi.someip.deployment for interface car.Err {
+  SomeIpServiceID = 0x4721
+  method shut { SomeIpMethodID = 0x11 }
+  method chosen { SomeIpMethodID = 0x12 }
+  method plain { SomeIpMethodID = 0x13 }
+}
+define org.genivi.commonapi.someip.deployment for provider as Car {
+  instance car.Err { InstanceId = "car.Err" SomeIpInstanceID = 1 SomeIpUnreliableUnicastPort = 30711 }
+}
+"""
+
+
 def mapping(text):
     """Lines of YAML as a flow mapping."""
     return "{" + ", ".join(text.strip().splitlines()) + "}"
@@ -127,6 +150,23 @@ class Door(unittest.TestCase):
         with Running("offer", 1, "Door", "--error", "shut=0x21", "--udp", *DOOR):
             done = run("call", 2, "Door.shut", "{speed: SLOW}", *DOOR)
             self.assertEqual((done.returncode, done.stdout), (3, ""), done.stderr)
+
+    def test_errors_without_a_zero_are_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in (("Err.fidl", ERR_FIDL), ("Err.fdepl", ERR_FDEPL)):
+                with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+                    file.write(text)
+            err = ["--interfaces", folder]
+            with Running("offer", 1, "Err", "--method", "chosen={error: LOCKED, done: true}", "--udp", *err) as offer:
+                line = offer.line_with("the error", of_log=True)
+                self.assertIn("Err.shut is answered with the error BLOCKED, the first of its errors, none of which is 0 (no "
+                              "error): --method 'shut={error: …}' chooses another answer", line)
+                self.assertEqual(run("call", 2, "Err.shut", "{speed: 3}", *err).stdout, "error: BLOCKED\ndone: false\n")
+                self.assertEqual(run("call", 2, "Err.chosen", *err).stdout, "error: LOCKED\ndone: true\n")
+                self.assertEqual(run("call", 2, "Err.plain", *err).stdout, "error: FINE\ndone: false\n")
+            log = offer.read[offer.process.stderr].decode()
+            self.assertNotIn("Err.chosen", log)
+            self.assertNotIn("Err.plain", log)
 
     def test_bytes_behind_the_values_are_told(self):
         with Running("notify", 1, "0x4711.1", "2", "0x8010", "32000102", "--rate", "50") as notify:
