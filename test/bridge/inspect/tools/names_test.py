@@ -406,6 +406,50 @@ class Recordings(unittest.TestCase):
         found = objects[0]["sd"]["entries"][0]
         self.assertEqual((found["eventgroup"], found["eventgroup_name"]), ("0x0002", "moved, blocked"))
 
+    def test_are_watched_as_text_in_names(self):
+        def discovery(session, entry, options=b""):
+            return message(0xffff, 0x8100, struct.pack(">II", 0xc0000000, len(entry)) + entry + struct.pack(">I", len(options)) +
+                           options, kind=2, session=session)
+        endpoint = struct.pack(">HBB4sBBH", 9, 4, 0, bytes([10, 0, 0, 1]), 0, 0x11, 30711)
+        datagrams = [
+            discovery(1, struct.pack(">BBBBHHII", 1, 0, 0, 0x10, 0x4711, 1, 1 << 24 | 600, 0), endpoint),
+            discovery(2, struct.pack(">BBBBHHIHH", 6, 0, 0, 0x10, 0x4711, 1, 1 << 24 | 600, 0, 2), endpoint),
+            message(0x4711, 0x0010, b"\x01\x50"),
+            message(0x4711, 0x8010, b"\x32\x00", kind=2),
+            message(0x4711, 0x0002, b""),
+            message(0x4711, 0x0003, b"\0\0\0\x06\xef\xbb\xbfhi\0"),
+            message(0x4711, 0x8003, b"\x01", kind=2)]
+        with tempfile.TemporaryDirectory() as folder:
+            read = os.path.join(folder, "door.pcap")
+            with open(read, "wb") as file:
+                file.write(capture(datagrams))
+
+            def watch(*arguments):
+                done = subprocess.run([TRESTLE, "watch", "--read", read, *arguments], capture_output=True, text=True)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                return done.stdout
+
+            table = watch(*DOOR)
+            self.assertRegex(table, r"\nDoor\.0x0001 +1\.0 +10\.0\.0\.1 ")
+            self.assertRegex(table, r"\nDoor\.0x0001 +0x0002 \(moved, blocked\) +10\.0\.0\.1 +asked ")
+            for traffic in ("method open", "event moved", "method label.get", "method label.set", "event locked.notify"):
+                self.assertRegex(table, rf"\nDoor\.\S+ +{traffic} ")
+            lines = watch("--lines", *DOOR)
+            self.assertRegex(lines, r"Z  offered +Door\.0x0001  1\.0  udp 10\.0\.0\.1:30711 ")
+            self.assertRegex(lines, r"Z  subscribed +Door\.0x0001  eventgroup 0x0002 \(moved, blocked\)  by 10\.0\.0\.1 ")
+            # ARXML gives eventgroups names, which stand in place of ids.
+            subprocess.run([TRESTLE, "generate", *DOOR[1:], "--to", "arxml", "-o", folder], check=True, capture_output=True)
+            arxml = os.path.join(folder, "interfaces.arxml")
+            with open(arxml, encoding="utf-8") as file:
+                text = file.read()
+            self.assertIn("Eventgroup_2", text)
+            with open(arxml, "w", encoding="utf-8") as file:
+                file.write(text.replace("Eventgroup_2", "Motion"))
+            self.assertRegex(watch("--interfaces", arxml), r"\nDoor\.0x0001 +Motion +10\.0\.0\.1 +asked ")
+            self.assertRegex(watch("--lines", "--interfaces", arxml), r"Z  subscribed +Door\.0x0001  eventgroup Motion  by ")
+            row, = json.loads(watch("--json", "--interfaces", arxml))["subscriptions"]
+            self.assertEqual((row["eventgroup"], row["eventgroup_name"]), ("0x0002", "Motion"))
+
     def test_say_what_is_left_over_behind_the_values(self):
         status, objects, log = decode_capture(
             [message(0x4711, 0x8010, b"\x32\x00", kind=2),
