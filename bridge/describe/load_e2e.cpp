@@ -4,9 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <limits>
 #include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "bridge/describe/e2e_profiles.hpp"
 #include "someip/core/e2e/checker.hpp"
 #include "someip/core/e2e/layout.hpp"
 
@@ -133,39 +138,23 @@ void check_layout(const documents::Section& section, const E2eSettings& settings
   }
 }
 
-documents::Format<e2e::Config> event_profile() {
-  return documents::one_of<e2e::Config>({{"1", e2e::Profile1{}},
-                                         {"2", e2e::Profile2{}},
-                                         {"4", e2e::Profile4{}},
-                                         {"5", e2e::Profile5{}},
-                                         {"6", e2e::Profile6{}},
-                                         {"7", e2e::Profile7{}},
-                                         {"8", e2e::Profile8{}},
-                                         {"11", e2e::Profile11{}},
-                                         {"22", e2e::Profile22{}},
-                                         {"44", e2e::Profile44{}}});
-}
-
-// Profiles 4m, 7m, 8m and 44m distinguish requests from answers.
-documents::Format<e2e::Config> method_profile() {
-  const auto with_m = documents::one_of<e2e::Config>({{"4m", e2e::Profile4m{}},
-                                                      {"7m", e2e::Profile7m{}},
-                                                      {"8m", e2e::Profile8m{}},
-                                                      {"44m", e2e::Profile44m{}}});
-  const documents::Format<e2e::Config> others = event_profile();
-  documents::Shape shape = others.shape;
-  shape.words.insert(shape.words.end(), with_m.shape.words.begin(), with_m.shape.words.end());
-  return {others.expected + ", 4m, 7m, 8m, 44m",
-          [with_m, others](std::string_view text) -> std::optional<e2e::Config> {
-            const auto found = with_m.read(text);
-            return found ? found : others.read(text);
+/// @param is_method  it may be one of those that distinguish requests from answers.
+documents::Format<e2e::Config> profile_name(bool is_method) {
+  std::vector<E2eProfile> known;
+  std::ranges::copy_if(e2e_profiles(), std::back_inserter(known),
+                       [&](const E2eProfile& one) { return is_method || !one.is_for_methods; });
+  std::string expected = "one of ";
+  documents::Shape shape{.kind = documents::Shape::Kind::words};
+  for (const E2eProfile& one : known) {
+    expected += (shape.words.empty() ? "" : ", ") + std::string{one.name};
+    shape.words.emplace_back(one.name);
+  }
+  return {std::move(expected),
+          [known = std::move(known)](std::string_view text) -> std::optional<e2e::Config> {
+            const auto found = std::ranges::find(known, text, &E2eProfile::name);
+            return found == known.end() ? std::nullopt : std::optional{found->settings};
           },
           std::move(shape)};
-}
-
-bool has_source_id(const e2e::Config& profile) {
-  return std::holds_alternative<e2e::Profile4m>(profile) || std::holds_alternative<e2e::Profile7m>(profile) ||
-         std::holds_alternative<e2e::Profile8m>(profile) || std::holds_alternative<e2e::Profile44m>(profile);
 }
 
 constexpr std::array sequence_keys{"max_delta_counter_init", "max_no_new_or_repeated_data",
@@ -208,7 +197,7 @@ std::optional<E2eSettings> load_e2e(documents::Section& section, bool is_method,
                                     const std::function<void(const char*)>& refused,
                                     documents::Problems& problems) {
   E2eSettings settings;
-  if (!section.require("profile", is_method ? method_profile() : event_profile(), settings.profile)) {
+  if (!section.require("profile", profile_name(is_method), settings.profile)) {
     return std::nullopt;  // which keys there are depends on it
   }
   section.read("payload_only", documents::truth(), settings.payload_only);
@@ -222,7 +211,7 @@ std::optional<E2eSettings> load_e2e(documents::Section& section, bool is_method,
                    settings.pass_failed)) {
     refused("failed");
   }
-  if (has_source_id(settings.profile)) {
+  if (e2e_profile(settings.profile).is_for_methods) {
     constexpr std::uint32_t source_id_max = 0x0fff'ffff;  // it has 28 bits
     if (section.read("source_id", documents::as<std::uint32_t>(documents::id_number(0, source_id_max)),
                      settings.source_id)) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "bridge/describe/e2e_profiles.hpp"
 #include "someip/core/e2e/config.hpp"
 
 namespace trestle::describe {
@@ -11,11 +12,9 @@ std::optional<ProtectionHeader> protection_header(const Protection& e2e) {
   if (e2e.profile.empty()) {
     return ProtectionHeader{};
   }
-  static const std::map<std::string, std::size_t, std::less<>> sizes{
-      {"1", 2},   {"2", 2},  {"4", 12},  {"4m", 16}, {"5", 3},  {"6", 5},   {"7", 20},
-      {"7m", 24}, {"8", 16}, {"8m", 20}, {"11", 2},  {"22", 2}, {"44", 12}, {"44m", 16}};
-  const auto size = sizes.find(e2e.profile);
-  if (size == sizes.end()) {
+  const auto profiles = e2e_profiles();
+  const auto profile = std::ranges::find(profiles, std::string_view{e2e.profile}, &E2eProfile::name);
+  if (profile == profiles.end()) {
     return std::nullopt;
   }
   const auto only = e2e.words.find("payload_only");
@@ -34,7 +33,7 @@ std::optional<ProtectionHeader> protection_header(const Protection& e2e) {
   if (begin < front) {
     return std::nullopt;
   }
-  return ProtectionHeader{static_cast<std::size_t>((begin - front) / 8), size->second};
+  return ProtectionHeader{static_cast<std::size_t>((begin - front) / 8), profile->header_bytes};
 }
 
 }  // namespace trestle::describe

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridge/carry/config/pattern_conflicts.hpp"
+#include "bridge/describe/e2e_profiles.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 #include "someip/net/address_text.hpp"
@@ -162,8 +163,7 @@ std::string describe(const sd::AccessControl& access) {
 /// @param is_checked  received messages are checked.
 /// @param is_protected  sent messages are protected.
 std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked) {
-  constexpr std::array names{"1", "2", "4", "4m", "5", "6", "7", "7m", "8", "11", "22", "44", "44m", "8m"};
-  std::string text = fmt::format("profile {}", names.at(e2e.profile.index()));
+  std::string text = fmt::format("profile {}", describe::e2e_profile(e2e.profile).name);
   std::visit(
       [&](const auto& profile) {
         if constexpr (requires { profile.data_id; }) {

@@ -2,6 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <string>
+#include <variant>
+
+#include "bridge/describe/e2e_profiles.hpp"
+#include "bridge/describe/protection.hpp"
+#include "someip/core/e2e/layout.hpp"
+
 namespace trestle::describe::load_e2e_test {
 namespace {
 
@@ -22,6 +29,38 @@ TEST(E2eOfDescriptions, IsThatOfANode) {
     EXPECT_EQ(settings_of(protection, use).profile,
               (e2e::Config{e2e::Profile4{.data_id = 0x2d, .offset_bits = 72, .max_delta_counter = 3}}));
   }
+}
+
+TEST(E2eProfiles, HaveTheHeadersOfTheCore) {
+  for (const E2eProfile& one : e2e_profiles()) {
+    e2e::Config settings = one.settings;
+    std::visit(
+        [](auto& profile) {
+          if constexpr (requires { profile.data_bits; }) {
+            profile.data_bits = 240;
+          }
+        },
+        settings);
+    const auto layout = e2e::make_layout(settings);
+    ASSERT_TRUE(layout) << one.name;
+    EXPECT_EQ(layout->header_bytes(), one.header_bytes) << one.name;
+    EXPECT_EQ(&e2e_profile(settings), &one);
+    EXPECT_EQ(one.is_for_methods, std::string{one.name}.ends_with('m'));
+    EXPECT_EQ(protection_header({.profile = one.name})->bytes, one.header_bytes) << one.name;
+  }
+  EXPECT_FALSE(protection_header({.profile = "9"}));
+}
+
+TEST(E2eProfiles, AreTheWordsOfConfigurations) {
+  const auto refused = [](const char* profile, E2eUse use) {
+    const auto settings = e2e_settings({.profile = profile, .numbers = {{"data_id", 1}}}, use);
+    return settings ? std::string{} : settings.error();
+  };
+  EXPECT_THAT(refused("9", E2eUse::received_event),
+              HasSubstr("expected one of 1, 2, 4, 5, 6, 7, 8, 11, 22, 44, found"));
+  EXPECT_THAT(refused("4m", E2eUse::received_event), HasSubstr("22, 44, found"));
+  EXPECT_THAT(refused("9", E2eUse::called), HasSubstr("22, 44, 4m, 7m, 8m, 44m, found"));
+  EXPECT_EQ(refused("4m", E2eUse::called), "");
 }
 
 TEST(E2eOfDescriptions, LeavesOutParametersOfOtherProfiles) {
