@@ -61,7 +61,7 @@ std::vector<HeaderField> header_fields(std::string_view profile) {
     fields = {{"length", 2}, {"counter", 2}, {"data id", 4}, {"CRC", 4}};
   } else if (profile.starts_with("7")) {
     fields = {{"CRC", 8}, {"length", 4}, {"counter", 4}, {"data id", 4}};
-  } else if (profile == "8") {
+  } else if (profile.starts_with("8")) {
     fields = {{"CRC", 4}, {"length", 4}, {"counter", 4}, {"data id", 4}};
   }
   if (!fields.empty() && profile.ends_with("m")) {

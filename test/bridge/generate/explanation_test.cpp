@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bridge/describe/e2e_profiles.hpp"
 #include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/generate/service_explanation.hpp"
@@ -158,6 +159,20 @@ TEST(Explain, ShowsTheHeaderOfProtection) {
                           "3 1 opening.side Side LEFT (0)", "4 2 opening.angle uint16 0",
                           "6 4 opening.label length 6", "10 6 opening.label string \"ab\""));
   EXPECT_THAT(moved->front().bytes, SizeIs(16));
+}
+
+TEST(Explain, ShowsTheHeaderOfEachE2eProfile) {
+  for (const describe::E2eProfile& profile : describe::e2e_profiles()) {
+    describe::System system = system_of(door);
+    system.model.services[0].events[0].e2e = {.profile = profile.name, .numbers = {{"data_id", 1}}};
+    const auto moved = explain(system, "Door.moved", {});
+    ASSERT_TRUE(moved) << profile.name;
+    std::size_t bytes = 0;
+    for (const describe::ByteRange& one : moved->front().layout.ranges) {
+      bytes += one.path.starts_with("(E2E ") ? one.bytes.value_or(0) : 0;
+    }
+    EXPECT_EQ(bytes, profile.header_bytes) << profile.name;
+  }
 }
 
 TEST(Explain, PrintsJson) {
