@@ -10,6 +10,7 @@
 
 #include "bridge/cli/session.hpp"
 #include "bridge/cli/terminal.hpp"
+#include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/describe/sources/sources.hpp"
 
 namespace trestle::cli {
@@ -157,33 +158,6 @@ std::vector<const describe::ServiceElement*> add_element(const describe::Interfa
   return added;
 }
 
-namespace {
-
-/// More events than this are not listed.
-constexpr std::size_t most_events = 4;
-
-/// " (moved, blocked)": the name of an eventgroup, or its events.
-std::string in_brackets(const describe::Interfaces& interfaces, const describe::Service& service,
-                        someip::EventgroupId eventgroup) {
-  std::vector<std::string> names{interfaces.eventgroup_name(*service.id, eventgroup)};
-  if (names.front().empty()) {
-    names.clear();
-    const auto index = static_cast<std::size_t>(&service - interfaces.model().services.data());
-    for (const describe::ServiceElement* const one : interfaces.elements_of(index)) {
-      if (std::ranges::find(one->eventgroups, eventgroup) != one->eventgroups.end()) {
-        names.push_back(one->member_name);
-      }
-    }
-  }
-  if (names.size() > most_events) {
-    names.resize(most_events);
-    names.emplace_back("...");
-  }
-  return names.empty() ? "" : fmt::format(" ({})", fmt::join(names, ", "));
-}
-
-}  // namespace
-
 std::string with_names(const describe::Interfaces* interfaces, const std::string& line) {
   static const std::regex place{
       R"((eventgroup 0x([0-9a-f]{4}))?( of )?\b0x([0-9a-f]{4})\.(0x[0-9a-f]{4}|\*))"};
@@ -203,7 +177,10 @@ std::string with_names(const describe::Interfaces* interfaces, const std::string
       text += found[0];
     } else {
       text += found[1];
-      text += found[1].matched ? in_brackets(*interfaces, *service, someip::EventgroupId{id(2)}) : "";
+      if (found[1].matched) {
+        const std::string title = describe::title_of(service, someip::EventgroupId{id(2)}).text;
+        text += title.empty() ? "" : " (" + title + ")";
+      }
       text += found[3].str() + interfaces->name_of(someip::ServiceId{id(4)}) + "." + found[5].str();
     }
     rest = found[0].second;
