@@ -104,6 +104,17 @@ class Page(unittest.TestCase):
         expected = ("401 (Unauthorized)", "net::ERR_CONNECTION")
         self.assertEqual([one for one in self.browser.log() if not any(text in one for text in expected)], [])
 
+    def test_has_the_names_of_interface_descriptions(self):
+        browser = self.browser
+        door = HERE.parent.parent.parent / "examples" / "door"
+        url = bridge(self, f"  - {{someip: Door.moved, topic: /moved}}\ninterfaces: [{door}]\n").url
+        browser.open(url)
+        browser.wait_for_text("#graph", "Door.0x0001")
+        browser.wait_for_text("#graph", "moved")
+        browser.run("[...document.querySelectorAll('#graph a')][0].dispatchEvent(new MouseEvent('click', {bubbles: true}))")
+        browser.wait_for_text("#route h2", "/moved ← Door.0x0001.moved waiting")
+        browser.wait_for_text("#route", "Door.0x0001.moved, version 1.any; UDP; eventgroup 0x0002 (moved, blocked)")
+
     def edges(self):
         """How many edges there are that say why nothing flows, and such where something does."""
         return self.browser.run("return [document.querySelectorAll('#graph .edge.bad').length, document.querySelectorAll('#graph .edge.good').length]")

@@ -1,5 +1,5 @@
 // The network as a graph: SOME/IP hosts, services, routes, topics. An edge on which nothing flows is red, and says why.
-import {idsOf, keyOf, linkOf, rateText, sideOf, stateClass} from "/console/picture.js";
+import {idsOf, keyOf, linkOf, memberOf, rateText, serviceOfRoute, sideOf, stateClass} from "/console/picture.js";
 import {ago, cut, hex, put, svg} from "/console/text.js";
 
 /// More nobody can look at; those with a cause come first, and the filter chooses others.
@@ -64,7 +64,7 @@ export class Graph {
     seen.sort((a, b) => a.service - b.service || a.instance - b.instance || a.name.localeCompare(b.name) || a.member - b.member);
     const {nodes, edges} = shape(seen, picture);
     const hosts = [...nodes.host.keys()].slice(0, MOST);
-    const drawn = JSON.stringify([seen.map((route) => [keyOf(route), sideOf(route) !== ""]), hosts, edges]);
+    const drawn = JSON.stringify([seen.map((route) => [keyOf(route), idsOf(route), sideOf(route) !== ""]), hosts, edges]);
     if (drawn !== this.drawn) {
       this.drawn = drawn;
       this.draw(seen, nodes, edges, hosts);
@@ -152,7 +152,8 @@ export class Graph {
   service(boxes, key, node, y) {
     const about = svg("text", {x: 8, y: 28, class: "small"});
     const keys = node.routes.map(keyOf);
-    boxes.append(this.box("service", y, svg("text", {x: 8, y: 14, class: "id"}, key), about));
+    boxes.append(this.box("service", y, svg("text", {x: 8, y: 14, class: "id"}, cut(serviceOfRoute(node.routes[0]), 26)),
+      svg("title", {}, key), about));
     this.updates.push((routes, picture) => {
       const offers = picture.someip.offers.filter((one) => `${hex(one.service)}.${hex(one.instance)}` === key);
       const subscribers = Math.max(0, ...keys.map((one) => routes.get(one)?.someip.subscribers || 0));
@@ -169,7 +170,7 @@ export class Graph {
     const y = at.route.get(key);
     const state = svg("text", {x: 8, y: 14});
     const rate = svg("text", {x: 8, y: 28, class: "small"});
-    const id = svg("text", {x: COLUMNS.route[1] - 8, y: 14, "text-anchor": "end", class: "id small"}, route.kind === "pattern" ? "pattern" : hex(route.member));
+    const id = svg("text", {x: COLUMNS.route[1] - 8, y: 14, "text-anchor": "end", class: "id small"}, route.kind === "pattern" ? "pattern" : cut(memberOf(route), 18));
     const link = svg("a", {href: linkOf(route), "data-key": key}, this.box("route", y, state, rate, id));
     boxes.append(link);
 

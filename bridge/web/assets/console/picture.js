@@ -4,7 +4,11 @@ import {ago, figure, hex} from "/console/text.js";
 /// Of a route, as long as the configuration has it.
 export const keyOf = (route) => `${route.direction} ${route.kind} ${hex(route.service)}.${hex(route.instance)}.${hex(route.member)} ${route.name}`;
 export const linkOf = (route) => "#route/" + encodeURIComponent(keyOf(route));
-export const idsOf = (route) => route.kind === "pattern" ? "pattern" : `${hex(route.service)}.${hex(route.instance)}.${hex(route.member)}`;
+/// "Door.0x0001" and "moved", in the names of interface descriptions; what has none there by its ids.
+export const serviceOfRoute = (route) => `${route.service_name || hex(route.service)}.${hex(route.instance)}`;
+export const memberOf = (route) => route.member_name || hex(route.member);
+export const idsOf = (route) => route.kind === "pattern" ? "pattern" : `${serviceOfRoute(route)}.${memberOf(route)}`;
+export const eventgroupOf = (route) => `eventgroup ${hex(route.eventgroup)}${route.eventgroup_name ? ` (${route.eventgroup_name})` : ""}`;
 export const arrowOf = (route) => route.direction === "dds_to_someip" ? "→" : "←";
 export const stateClass = {flowing: "good", idle: "faint", waiting: "warn", failing: "bad"};
 

@@ -2,7 +2,7 @@
 import {make} from "/parts.js";
 import {KINDS, MessagePanel} from "/console/message.js";
 import {SIGHTS, SightPanel} from "/console/sight.js";
-import {arrowOf, idsOf, keyOf, lastText, rateText, stateClass} from "/console/picture.js";
+import {arrowOf, eventgroupOf, idsOf, keyOf, lastText, rateText, stateClass} from "/console/picture.js";
 import {ago, counted, duration, figure, fill, hex, mono, numeric, put, serviceOf, size, svg, table, whole} from "/console/text.js";
 
 const panel = (title, ...children) => make("div", {className: "panel"}, make("h2", {textContent: title}), ...children);
@@ -125,7 +125,7 @@ export class RoutePage {
     const offered = someip.offered ? `offered, ${whole(someip.subscribers)} subscribed` : "not offered";
     const subscribed = someip.subscribed ? "subscribed" : someip.wanted ? "not subscribed yet" : "";
     put(this.someip, [`${idsOf(route)}, version ${route.major}.${route.minor === 0xffffffff ? "any" : route.minor}`, route.transport.toUpperCase(),
-      route.eventgroup ? `eventgroup ${hex(route.eventgroup)}` : "", toSomeip ? offered : subscribed,
+      route.eventgroup ? eventgroupOf(route) : "", toSomeip ? offered : subscribed,
       someip.other_events ? `${whole(someip.other_events)} events with other ids came (${someip.other_ids.map(hex).join(", ")})` : ""].filter(Boolean).join("; "));
     fill(this.slowest.body, route.slowest.map((one) => [new Date(one.at_ns / 1e6).toLocaleTimeString(), numeric(size(one.bytes)),
       ...[one.source_ns, one.waited_ns, one.convert_ns, one.send_ns].map((ns) => numeric(ns < 0 ? "–" : duration(ns)))]));
