@@ -35,7 +35,7 @@ bridge/describe/write/arxml bridge/describe/write/fidl bridge/describe/write/msg
 bridge/describe/sources
 bridge/cli bridge/record bridge/traffic bridge/web
 bridge/console bridge/traffic/live
-bridge/carry/config bridge/conform bridge/inspect/decode bridge/measure
+bridge/carry/config bridge/conform bridge/guest bridge/inspect/decode bridge/measure
 bridge/carry/runtime bridge/conform/cases bridge/conform/replay bridge/inspect/tools bridge/measure/demo bridge/measure/perf
 bridge/carry/commands bridge/conform/fuzz bridge/generate
 bridge/carry/record bridge/conform/commands

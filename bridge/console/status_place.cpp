@@ -24,6 +24,7 @@ using std::chrono::steady_clock;
 
 constexpr const char* system_folder = "/run/trestle";
 constexpr const char* ending = ".sock";
+constexpr const char* guest_ending = ".guests";
 
 std::optional<fs::path> runtime_folder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -57,6 +58,20 @@ void append_folders_of_all(std::vector<fs::path>& folders) {
   }
 }
 
+std::vector<fs::path> sockets_in(const std::vector<fs::path>& folders, const char* with_ending) {
+  std::vector<fs::path> sockets;
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    for (const auto& one : fs::directory_iterator{folder, error}) {
+      if (one.path().extension() == with_ending && one.is_socket(error)) {
+        sockets.push_back(one.path());
+      }
+    }
+  }
+  std::ranges::sort(sockets);
+  return sockets;
+}
+
 // A descriptor that is closed at the end.
 class Descriptor {
  public:
@@ -78,6 +93,16 @@ class Descriptor {
 
 std::string socket_name(int pid) {
   return std::to_string(pid) + ending;
+}
+
+std::string guest_socket_name(int pid) {
+  return std::to_string(pid) + guest_ending;
+}
+
+void remove_left_behind(const fs::path& socket) {
+  for (const char* const one : {ending, guest_ending}) {
+    ::unlink(fs::path{socket}.replace_extension(one).c_str());
+  }
 }
 
 tl::expected<fs::path, std::string> status_folder() {
@@ -120,17 +145,11 @@ std::vector<fs::path> status_folders() {
 }
 
 std::vector<fs::path> status_sockets(const std::vector<fs::path>& folders) {
-  std::vector<fs::path> sockets;
-  for (const fs::path& folder : folders) {
-    std::error_code error;
-    for (const auto& one : fs::directory_iterator{folder, error}) {
-      if (one.path().extension() == ending && one.is_socket(error)) {
-        sockets.push_back(one.path());
-      }
-    }
-  }
-  std::ranges::sort(sockets);
-  return sockets;
+  return sockets_in(folders, ending);
+}
+
+std::vector<fs::path> guest_sockets(const std::vector<fs::path>& folders) {
+  return sockets_in(folders, guest_ending);
 }
 
 tl::expected<std::string, AskError> ask(const fs::path& socket, std::chrono::milliseconds limit,
@@ -146,7 +165,7 @@ tl::expected<std::string, AskError> ask(const fs::path& socket, std::chrono::mil
   // Not waiting: where the queue of those who connect is full, the bridge is stuck.
   if (::connect(client.number(), static_cast<sockaddr*>(static_cast<void*>(&address)), sizeof address) != 0) {
     if (errno == ECONNREFUSED) {
-      ::unlink(path.c_str());
+      remove_left_behind(socket);
       return tl::unexpected{AskError::gone};
     }
     return tl::unexpected{errno == ENOENT                     ? AskError::gone

@@ -34,8 +34,18 @@ namespace trestle::console {
 /// The name of a process's socket: "1234.sock".
 [[nodiscard]] std::string socket_name(int pid);
 
-/// The sockets in the folders, by name.
+/// That of its socket for tools that use its address (bridge/guest): "1234.guests".
+[[nodiscard]] std::string guest_socket_name(int pid);
+
+/// Removes the sockets of a process that was killed, if that is allowed.
+/// @param socket  one of them, at which nobody listens.
+void remove_left_behind(const std::filesystem::path& socket);
+
+/// The sockets for asking in the folders, by name.
 [[nodiscard]] std::vector<std::filesystem::path> status_sockets(
+    const std::vector<std::filesystem::path>& folders);
+/// Likewise, those for tools.
+[[nodiscard]] std::vector<std::filesystem::path> guest_sockets(
     const std::vector<std::filesystem::path>& folders);
 
 /// What the bridge behind a socket answers.

@@ -1,17 +1,15 @@
 #include "bridge/console/status_socket.hpp"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/system/system_error.hpp>
-#include <cerrno>
 #include <utility>
 
 #include "bridge/console/fresh_text.hpp"
+#include "bridge/console/private_socket.hpp"
 #include "bridge/console/status_place.hpp"
 
 namespace trestle::console {
@@ -27,21 +25,11 @@ using Text = std::shared_ptr<const std::string>;
 class StatusSocket::Implementation : public std::enable_shared_from_this<Implementation> {
  public:
   Implementation(asio::io_context& io, const std::filesystem::path& folder, std::function<std::string()> text)
-      : io_{io}, path_{folder / socket_name(::getpid())}, acceptor_{io}, wait_{io}, text_{std::move(text)} {
-    // It appears under its name only when somebody listens and others are kept out: a socket that nobody
-    // listens at is taken for one that was left behind.
-    const std::filesystem::path hidden = path_.string() + ".new";
-    ::unlink(hidden.c_str());
-    acceptor_.open();
-    acceptor_.bind(Protocol::endpoint{hidden.string()});
-    if (::chmod(hidden.c_str(), S_IRUSR | S_IWUSR) != 0) {
-      throw boost::system::system_error{errno, boost::system::system_category(), hidden.string()};
-    }
-    acceptor_.listen(static_cast<int>(most_clients));
-    if (::rename(hidden.c_str(), path_.c_str()) != 0) {
-      throw boost::system::system_error{errno, boost::system::system_category(), path_.string()};
-    }
-  }
+      : io_{io},
+        path_{folder / socket_name(::getpid())},
+        acceptor_{listen_for_user(io, path_, most_clients)},
+        wait_{io},
+        text_{std::move(text)} {}
   ~Implementation() { ::unlink(path_.c_str()); }
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;

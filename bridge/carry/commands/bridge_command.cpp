@@ -34,9 +34,11 @@
 #include "bridge/console/console.hpp"
 #include "bridge/console/status_place.hpp"
 #include "bridge/console/status_socket.hpp"
+#include "bridge/guest/host.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "bridge/picture/picture_json.hpp"
 #include "sd/net/busy_run.hpp"
+#include "sd/net/service_spec.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
@@ -50,8 +52,24 @@ struct Options {
   bool quiet = false;
 };
 
+CounterGroup counters_of(const guest::HostCounters& counters) {
+  constexpr auto loss = Counter::Kind::loss;
+  return {.name = "tools beside it",
+          .counters = {{"guests", counters.guests},
+                       {"requests", counters.requests},
+                       {"events", counters.events},
+                       {"guests_refused", counters.guests_refused, loss},
+                       {"requests_refused", counters.requests_refused, loss},
+                       {"frames_refused", counters.frames_refused, loss},
+                       {"events_unread", counters.events_unread, loss},
+                       {"lines_unread", counters.lines_unread, loss},
+                       {"events_too_many", counters.events_too_many, loss},
+                       {"ended_too_fast", counters.ended_too_fast, loss}}};
+}
+
 /// As text, and as lines of the report.
-std::string tell_counters(const Bridge& bridge, Report& report) {
+/// @param guests  null: there have been none.
+std::string tell_counters(const Bridge& bridge, Report& report, const guest::HostCounters* guests) {
   std::string text;
   const auto print = [&](const CounterGroup& group) {
     text += to_string(group) + '\n';
@@ -59,6 +77,9 @@ std::string tell_counters(const Bridge& bridge, Report& report) {
   };
   for (const CounterGroup& group : bridge.counters()) {
     print(group);
+  }
+  if (guests != nullptr) {
+    print(counters_of(*guests));
   }
   if (report.is_open()) {
     print({.name = "report", .counters = {{"lines_left_out", report.lines_left_out()}}});
@@ -110,16 +131,19 @@ class Runner {
   }
 
   void show() {
-    if (!counters_.write(tell_counters(*bridge_, report_))) {
+    if (!counters_.write(tell_counters(*bridge_, report_, guest_counters()))) {
       spdlog::warn("the counters are not printed, because nobody has read those before");
     }
   }
 
   /// The last counters. False: not all that was to be printed could be.
-  [[nodiscard]] bool show_last() { return counters_.finish(tell_counters(*bridge_, report_)); }
+  [[nodiscard]] bool show_last() {
+    return counters_.finish(tell_counters(*bridge_, report_, guest_counters()));
+  }
 
   void stop() {
     spdlog::info("stopping: withdrawing offers and subscriptions");
+    leave_guests();
     bridge_->stop();
     if (const std::uint64_t lines = report_.lines_left_out()) {
       spdlog::warn("{} lines of the report were left out, because its reader was too slow", lines);
@@ -136,6 +160,7 @@ class Runner {
     }
     spdlog::info("{} was read again: beginning anew", file_);
     show();
+    leave_guests();
     bridge_->stop();
     console_.reset();
     bridge_.reset();  // frees the sockets for the new bridge
@@ -152,6 +177,8 @@ class Runner {
 
   /// Where `trestle status` finds this bridge; empty: nowhere.
   [[nodiscard]] std::string status_path() const { return status_ ? status_->path().string() : std::string{}; }
+  /// Where tools find it that use its address; empty: nowhere.
+  [[nodiscard]] std::string guests_path() const { return guests_ ? guests_->path().string() : std::string{}; }
 
   /// The value in the present configuration.
   [[nodiscard]] const Duration& busy_poll() const noexcept { return loaded_.config.someip.busy_poll; }
@@ -167,6 +194,11 @@ class Runner {
       bridge_->stop();  // what was offered a moment ago is withdrawn
       bridge_.reset();
       throw;
+    }
+    if (guests_) {
+      const auto& someip = loaded_.config.someip;
+      guests_->open(bridge_->node(), {someip.address, someip.sd.port}, file_,
+                    [this](sd::SubscribeSpec& wish) { return bridge_->share_with_routes(wish); });
     }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
                  count_of_all(loaded_.config), file_);
@@ -207,9 +239,19 @@ class Runner {
         throw std::runtime_error{folder.error()};
       }
       status_.emplace(io_, *folder, [this] { return to_json(picture()); });
+      guests_.emplace(io_, *folder);
     } catch (const std::exception& error) {
       spdlog::info("'trestle status' cannot show this bridge: {}", error.what());
     }
+  }
+
+  void leave_guests() {
+    if (guests_) {
+      guests_->close();
+    }
+  }
+  [[nodiscard]] const guest::HostCounters* guest_counters() const {
+    return guests_ && guests_->counters().guests > 0 ? &guests_->counters() : nullptr;
   }
 
   [[nodiscard]] Picture picture() const {
@@ -249,6 +291,7 @@ class Runner {
   std::unique_ptr<Bridge> bridge_;
   std::unique_ptr<console::Console> console_;
   std::optional<console::StatusSocket> status_;
+  std::optional<guest::Host> guests_;
 };
 
 int run(const Options& options) {
@@ -291,6 +334,7 @@ int run(const Options& options) {
   runner.emplace(io, options, std::move(*loaded));
   if (drop_root) {
     drop_root->give(runner->status_path());
+    drop_root->give(runner->guests_path());
     drop_root->now();
     spdlog::info("running as {}", options.user);
   }

@@ -52,7 +52,7 @@ std::span<const LimitKey> limit_keys() noexcept {
       {"max_entries_per_second", 1, 1'000'000, set<&Node::discovery, &Rules::max_entries_per_second>},
       {"max_entries_at_once", 1, 1'000'000, set<&Node::discovery, &Rules::max_entries_at_once>},
       {"max_reboots_at_once", 1, 1000, set<&Node::discovery, &Rules::max_reboots_at_once>},
-      {"max_calls", 1, 32'768, set<&Node::max_calls>},
+      {"max_calls", 1, 32'736, set<&Node::max_calls>},
       {"max_tcp_clients", 1, slots_max, set<&Node::max_tcp_clients>},
       {"max_tcp_clients_per_address", 1, slots_max, set<&Node::max_tcp_clients_per_address>},
       {"max_tcp_connects_per_second", 0, 1'000'000, set<&Node::max_tcp_connects_per_second>},

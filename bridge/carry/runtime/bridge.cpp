@@ -24,6 +24,7 @@
 #include "bridge/carry/runtime/onlookers.hpp"
 #include "bridge/carry/runtime/participant_config.hpp"
 #include "bridge/carry/runtime/route_parts.hpp"
+#include "bridge/carry/runtime/shared_subscription.hpp"
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
 #include "bridge/carry/runtime/ways_back.hpp"
@@ -374,6 +375,20 @@ Picture Bridge::picture() const {
   append_networks(picture, *state.node, *state.participant);
   explain(picture);
   return picture;
+}
+
+sd::Node& Bridge::node() noexcept {
+  return *state_->node;
+}
+
+std::string Bridge::share_with_routes(sd::SubscribeSpec& wish) const {
+  std::vector<const Route*> routes;
+  for (const auto& [mark, route] : state_->routes) {
+    if (const Route* const one = route->looked_at()) {
+      routes.push_back(one);
+    }
+  }
+  return carry::share_with_routes(routes, wish);
 }
 
 std::optional<LookedAt> Bridge::look_at(std::size_t index) {

@@ -15,6 +15,7 @@
 //   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates and
 //   latencies silence_watch.hpp       says why nothing comes on a route loop_guard.hpp          keeps
 //   messages from going round in a ring of bridges loop_check.hpp, suspected_loop.hpp   find such rings
+//   shared_subscription.hpp what tools subscribe to beside the routes
 //   bridge_mark.hpp         what ends of bridges say of themselves to other bridges
 //   ways_back.hpp           when services of other bridges may be used
 //
@@ -38,6 +39,11 @@
 namespace boost::asio {
 class io_context;
 }
+
+namespace trestle::sd {
+class Node;
+struct SubscribeSpec;
+}  // namespace trestle::sd
 
 namespace trestle::messages {
 class TypeLibrary;
@@ -82,6 +88,11 @@ class Bridge {
   /// @param route  its place in the picture.
   /// @return nothing: there is no such route, or it carries no events.
   [[nodiscard]] std::optional<LookedAt> look_at(std::size_t route);
+  /// What it takes part in SOME/IP with, until it ends: for others who use its address.
+  [[nodiscard]] sd::Node& node() noexcept;
+  /// Makes what they want to subscribe to one with the subscriptions of the routes.
+  /// @return why that cannot be; empty: it can.
+  [[nodiscard]] std::string share_with_routes(sd::SubscribeSpec& wish) const;
 
   /// The routes whose messages can be followed, now.
   [[nodiscard]] std::vector<RouteTitle> titles();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridge/carry/config/load_limits.hpp"
+#include "bridge/guest/host.hpp"
 #include "someip/wire/header.hpp"
 
 namespace trestle::carry {
@@ -194,6 +195,15 @@ sd::AccessPolicy policy_of(const BridgeConfig& config) {
   return policy;
 }
 
+// For tools that use the bridge's address, beside what the configuration says, so that a route which wants
+// something later finds its place.
+void make_room_for_guests(sd::NodeConfig& node) {
+  constexpr std::size_t things = guest::Host::most_guests * guest::Host::most_requests;
+  node.limits.max_requirements = static_cast<std::uint16_t>(node.limits.max_requirements + things);
+  node.limits.max_subscriptions = static_cast<std::uint16_t>(node.limits.max_subscriptions + things);
+  node.max_calls = static_cast<std::uint16_t>(std::min(node.max_calls + things, most_calls));
+}
+
 }  // namespace
 
 sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) {
@@ -258,6 +268,7 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
     node.limits.max_tcp_connections = static_cast<std::uint16_t>(
         std::min<std::size_t>(node.limits.max_tcp_connections, descriptors - descriptors / 4));
   }
+  make_room_for_guests(node);
   raise(node.limits.max_pending_entries,  // a shutdown needs them
         std::size_t{node.limits.max_offers} + node.limits.max_subscriptions);
   return node;

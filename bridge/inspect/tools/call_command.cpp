@@ -2,6 +2,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/asio/steady_timer.hpp>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/inspect/decode/message_json.hpp"
+#include "bridge/inspect/tools/beside_bridge.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/other_versions.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
@@ -46,6 +49,8 @@ using Bytes = std::vector<std::byte>;
 // Sends a fire-and-forget request; returns the exit status.
 int send(const sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
          cli::Session& session) {
+  boost::asio::steady_timer timeout{session.io, spec.timeout};
+  timeout.async_wait([&session](boost::system::error_code) { session.finish(); });
   auto bytes = std::make_shared<const Bytes>(std::move(payload));
   const std::weak_ptr<const Bytes> unsent = bytes;
   bool accepted = false;
@@ -76,6 +81,33 @@ std::string possible_errors(const cli::PayloadOptions& answer) {
   return errors.empty() ? std::string{} : fmt::format("; its errors are {}", fmt::join(errors, ", "));
 }
 
+/// How a call ended.
+struct Outcome {
+  bool answered = false;
+  std::string fault{};  ///< empty: it went well
+  someip::Message answer{};
+};
+
+/// @return the exit status.
+int tell(const Outcome& outcome, const cli::PayloadOptions& answer, cli::Session& session) {
+  const bool failed = !outcome.fault.empty();
+  if (!failed || (outcome.answered && answer.form() == cli::PayloadOptions::Form::json)) {
+    const PayloadText text = answer_text(outcome.answer, answer);
+    session.print(text.text);
+    if (!text.fault.empty()) {
+      cli::Session::note("error: " + text.fault);
+      return cli::exit_failure;
+    }
+  }
+  if (failed) {
+    const ByteView payload = outcome.answer.payload;
+    cli::Session::note(fmt::format("error: {}{}{}", outcome.fault,
+                                   payload.empty() ? "" : ": " + hex_digits(payload),
+                                   outcome.answered ? possible_errors(answer) : ""));
+  }
+  return !failed ? cli::exit_ok : outcome.answered ? cli::exit_error_answer : cli::exit_failure;
+}
+
 int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec, Bytes payload,
          const cli::PayloadOptions& answer, cli::Session& session) {
   int status = cli::exit_failure;
@@ -84,23 +116,53 @@ int call(sd::Proxy& proxy, const OtherVersions& others, const sd::CallSpec& spec
     const bool answered = response.header.return_code != someip::ReturnCode::ok || !error;
     const auto* const check = response.check ? &*response.check : nullptr;
     const std::string failed = check == nullptr ? "" : cli::failed_check(*check, "the answer");
-    if (!error || (answered && answer.form() == cli::PayloadOptions::Form::json)) {
-      const PayloadText text = answer_text({response.header, response.payload, check}, answer);
-      session.print(text.text);
-      if (!text.fault.empty()) {
-        cli::Session::note("error: " + text.fault);
-        return;
-      }
+    const std::string fault = !error                                ? ""
+                              : !failed.empty()                     ? failed
+                              : error == sd::CallFault::unavailable ? others.nobody_offers(spec.transport)
+                                                                    : error.message();
+    status = tell({answered, fault, {response.header, response.payload, check}}, answer, session);
+  });
+  session.run();
+  return status;
+}
+
+/// The bridge that has the address calls, or sends.
+int call_through(guest::Guest& bridge, const sd::RequireSpec& wanted, const sd::CallSpec& spec, Bytes payload,
+                 bool forget, const cli::PayloadOptions& answer, cli::Session& session) {
+  refuse_protection(bridge, !wanted.e2e.empty());
+  int status = cli::exit_failure;
+  static_cast<void>(listen(bridge, session, false, [&](const guest::Frame& frame) {
+    const auto* const end = std::get_if<guest::Answer>(&frame);
+    if (end == nullptr) {
+      return;
     }
-    status = error ? answered ? cli::exit_error_answer : cli::exit_failure : cli::exit_ok;
-    if (error) {
-      cli::Session::note(fmt::format("error: {}{}{}",
-                                     !failed.empty() ? failed
-                                     : error == sd::CallFault::unavailable
-                                         ? others.nobody_offers(spec.transport)
-                                         : error.message(),
-                                     response.payload.empty() ? "" : ": " + hex_digits(response.payload),
-                                     answered ? possible_errors(answer) : ""));
+    session.finish();
+    if (forget) {
+      if (!end->fault.empty()) {
+        cli::Session::note("error: " + end->fault);
+      }
+      status = end->fault.empty() ? cli::exit_ok : cli::exit_failure;
+      return;
+    }
+    const auto message = someip::decode(end->message);
+    status = tell({end->is_answer, end->fault, message ? *message : someip::Message{}}, answer, session);
+  }));
+  const auto timeout = std::chrono::ceil<std::chrono::milliseconds>(spec.timeout).count();
+  bridge.say(guest::Call{.service = wanted.service,
+                         .instance = wanted.instance,
+                         .major = wanted.major,
+                         .method = spec.method,
+                         .timeout_ms = static_cast<std::uint32_t>(
+                             std::min<std::int64_t>(timeout, std::numeric_limits<std::uint32_t>::max())),
+                         .transport = spec.transport,
+                         .forget = forget,
+                         .payload = std::move(payload)});
+  // The bridge says when the time is up, unless something has stopped it.
+  boost::asio::steady_timer patience{session.io, spec.timeout + std::chrono::seconds{3}};
+  patience.async_wait([&](boost::system::error_code error) {
+    if (!error) {
+      cli::Session::note("error: the bridge does not answer; it may be stopped, or very busy");
+      session.finish();
     }
   });
   session.run();
@@ -252,9 +314,13 @@ int run(CallArguments& options) {
   }
   const sd::NodeConfig network = options.tls.with(options.network.config());
 
-  cli::Session session{options.forget ? options.timeout_s : 0};
-  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
-                cli::named_warning(options.interfaces.get())};
+  cli::Session session{0};
+  const Way way = way_into(session, network, cli::named_log(options.interfaces.get(), options.quiet),
+                           cli::named_warning(options.interfaces.get()), options.quiet);
+  if (way.bridge) {
+    return call_through(*way.bridge, wanted, spec, std::move(payload), options.forget, answer, session);
+  }
+  sd::Node& node = *way.node;
   sd::Proxy proxy{node, wanted};
   const OtherVersions others{node, service, options.major, options.interfaces.get(), options.quiet};
   const int status = options.forget ? send(proxy, others, spec, std::move(payload), session)
@@ -277,6 +343,7 @@ void add_call_command(CLI::App& app, int& status) {
       "is read without PAYLOAD and set with one; Door.label.get and Door.label.set say which. An argument "
       "that\n"
       "PAYLOAD leaves out is sent as zero, which a warning tells (without --quiet).\n"
+      "Where a bridge of this host has the address, the call goes through that.\n"
       "Exit status: 0 when it was answered, or sent with --fire-and-forget; 1 when there was no service, no\n"
       "answer in time, or an answer that is no message of the type; 2 for a wrong command line; 3 when the\n"
       "answer is an error.\n\n"

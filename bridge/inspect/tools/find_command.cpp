@@ -3,10 +3,12 @@
 
 #include <memory>
 #include <set>
+#include <tuple>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/interface_options.hpp"
 #include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/beside_bridge.hpp"
 #include "bridge/inspect/tools/sighting_text.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 #include "bridge/traffic/live/listener.hpp"
@@ -30,6 +32,30 @@ struct FindArguments {
   bool json = false;
 };
 
+/// What a bridge tells of a service: all but how long it lives.
+traffic::SeenService seen_service(const sd::RemoteService& one) {
+  return {.service = one.service,
+          .instance = one.instance,
+          .major = one.major,
+          .minor = one.minor,
+          .udp = one.udp,
+          .tcp = one.tcp,
+          .peer = one.peer};
+}
+
+/// As of an offer that was heard, but for its lifetime, which a bridge does not tell.
+std::string text_of(const traffic::SeenService& service, const describe::Interfaces* names, bool json) {
+  if (json) {
+    nlohmann::ordered_json object;
+    object["seen"] = "offered";
+    add_service(object, service, names);
+    object.erase("ttl");
+    return object.dump();
+  }
+  const std::string text = describe(service, names);
+  return text.substr(0, text.rfind("  ttl "));
+}
+
 bool fits(const cli::ServiceArgument& wanted, const traffic::SeenService& service) {
   return (wanted.service == someip::ServiceId{} || wanted.service == service.service) &&
          (wanted.instance == someip::any_instance || wanted.instance == service.instance);
@@ -51,7 +77,20 @@ int run(FindArguments& options) {
   const sd::NodeConfig network = options.network.config();
   cli::Session session{options.timeout_s};
   std::uint64_t found = 0;
-  std::set<std::string> instances;  // others of the service
+  std::set<std::string> instances;       // others of the service
+  std::unique_ptr<guest::Guest> bridge;  // that has the address
+  // Printed, when it may be told twice: by the bridge, and by multicast.
+  std::set<std::tuple<someip::ServiceId, someip::InstanceId, std::uint8_t, IpAddress>> seen;
+  const auto print = [&](const traffic::SeenService& one, const std::string& text) {
+    if (!fits(wanted, one) || (count != 0 && found == count) ||
+        (!seen.insert({one.service, one.instance, one.major, one.peer.address}).second && bridge)) {
+      return;
+    }
+    session.print(text + "\n");
+    if (++found == count) {
+      session.finish();
+    }
+  };
   traffic::NetworkView view{max_services};
   traffic::Listener listener{
       session.io, network, [&](ByteView datagram, const Endpoint& from, const Endpoint& to) {
@@ -64,12 +103,8 @@ int run(FindArguments& options) {
             const std::string id = fmt::format("0x{:04x}", someip::value(one.service.instance));
             instances.insert(options.service.substr(0, options.service.rfind('.') + 1) + id);
           }
-          if (!is_offered || !fits(wanted, one.service) || (count != 0 && found == count)) {
-            continue;
-          }
-          session.print((options.json ? to_json(one, {}, names) : describe(one.service, names)) + "\n");
-          if (++found == count) {
-            session.finish();
+          if (is_offered) {
+            print(one.service, options.json ? to_json(one, {}, names) : describe(one.service, names));
           }
         }
       }};
@@ -79,10 +114,28 @@ int run(FindArguments& options) {
       listener.find(wanted.service, wanted.instance);
       session.every(std::chrono::seconds{1}, [&] { listener.find(wanted.service, wanted.instance); });
     } else {
+      bridge = bridge_that_has(session, network);
       cli::Session::note(
-          fmt::format("note: {}:{} is taken by another SOME/IP stack: listening to offers without asking",
-                      someip::to_string(network.address), network.port));
+          bridge ? fmt::format("note: through {}, which has {}", name_of(*bridge),
+                               someip::to_string(bridge->host().at))
+                 : fmt::format(
+                       "note: {}:{} is taken by another SOME/IP stack: listening to offers without asking",
+                       someip::to_string(network.address), network.port));
     }
+  }
+  if (bridge) {
+    // When it ends, what is heard by multicast is still printed.
+    bridge->listen(
+        [&](const guest::Frame& frame) {
+          if (const auto* const one = std::get_if<guest::Found>(&frame)) {
+            const traffic::SeenService service = seen_service(one->service);
+            print(service, text_of(service, names, options.json));
+          } else if (const auto* const said = std::get_if<guest::Said>(&frame)) {
+            cli::Session::note("note: " + said->text);
+          }
+        },
+        [] {});
+    bridge->say(guest::Find{wanted.service, wanted.instance});
   }
   session.run();
   if (found == 0 && !session.timed_out()) {
@@ -104,6 +157,7 @@ void add_find_command(CLI::App& app, int& status) {
   command->footer(
       "Prints a line for each instance that is found. Without SERVICE it only listens, and prints all\n"
       "instances that are offered. With an instance it ends as soon as that one is found.\n"
+      "Where a bridge of this host has the address, that asks.\n"
       "Exit status: 0 when something was found, 1 when nothing was, 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle find\n"

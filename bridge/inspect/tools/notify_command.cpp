@@ -7,6 +7,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/beside_bridge.hpp"
 #include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
 
@@ -104,8 +105,9 @@ int run(NotifyArguments& options) {
   const sd::NodeConfig network = options.tls.with(options.network.config());
 
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
-                cli::named_warning(options.interfaces.get())};
+  const auto own = node_of_our_own(session, network, cli::named_log(options.interfaces.get(), options.quiet),
+                                   cli::named_warning(options.interfaces.get()));
+  sd::Node& node = *own;
   const sd::OfferHandle handle = node.offer(spec);
   std::uint64_t sent = 0;
   bool waiting = false;

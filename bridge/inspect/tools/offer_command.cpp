@@ -9,6 +9,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/inspect/tools/beside_bridge.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/service_arguments.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
@@ -137,8 +138,10 @@ class Service {
     const sd::NodeConfig network = options_.tls.with(options_.network.config());
     cli::Session session{options_.timeout_s};
     session_ = &session;
-    sd::Node node{session.io, network, cli::named_log(options_.interfaces.get(), options_.quiet),
-                  cli::named_warning(options_.interfaces.get())};
+    const auto own =
+        node_of_our_own(session, network, cli::named_log(options_.interfaces.get(), options_.quiet),
+                        cli::named_warning(options_.interfaces.get()));
+    sd::Node& node = *own;
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
     session.run();

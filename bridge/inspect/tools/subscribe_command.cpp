@@ -10,6 +10,7 @@
 #include "bridge/cli/options.hpp"
 #include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
+#include "bridge/inspect/tools/beside_bridge.hpp"
 #include "bridge/inspect/tools/message_text.hpp"
 #include "bridge/inspect/tools/other_versions.hpp"
 #include "bridge/inspect/tools/tool_commands.hpp"
@@ -169,6 +170,41 @@ class Payloads {
   std::map<someip::MethodId, cli::PayloadOptions> events_;
 };
 
+/// The bridge that has the address subscribes.
+/// @return false when it does not, or not any more.
+bool run_through(guest::Guest& bridge, const std::vector<sd::SubscribeSpec>& subscriptions,
+                 const SubscribeArguments& options, const sd::EventHandler& handler, cli::Session& session) {
+  std::uint64_t lost = 0;
+  const auto has_ended = listen(bridge, session, options.quiet, [&](const guest::Frame& frame) {
+    const auto* const event = std::get_if<guest::Event>(&frame);
+    if (event == nullptr) {
+      return;
+    }
+    lost += event->lost;
+    if (const auto message = someip::decode(event->message)) {  // else it only tells what was lost
+      handler(*message, event->from);
+    }
+  });
+  for (const sd::SubscribeSpec& one : subscriptions) {
+    refuse_protection(bridge, !one.e2e.empty());
+    bridge.say(guest::Subscribe{
+        .service = one.service,
+        .instance = one.instance,
+        .major = one.major,
+        .eventgroup = one.eventgroup,
+        .udp = one.udp,
+        .tcp = one.tcp,
+        // All that are possible are more than a bridge waits for.
+        .events = one.events.size() > guest::most_events ? std::vector<someip::MethodId>{} : one.events});
+  }
+  session.run();
+  if (lost > 0) {
+    cli::Session::warn(fmt::format("{} event{} did not come through the bridge: too many, or read too slowly",
+                                   lost, lost == 1 ? "" : "s"));
+  }
+  return !*has_ended;
+}
+
 int run(SubscribeArguments& options) {
   options.interfaces.load();
   cli::Target target =
@@ -181,8 +217,8 @@ int run(SubscribeArguments& options) {
   Payloads payloads{options.interfaces.get(), target, options.payload};
   const sd::NodeConfig network = options.tls.with(options.network.config());
   cli::Session session{options.timeout_s};
-  sd::Node node{session.io, network, cli::named_log(options.interfaces.get(), options.quiet),
-                cli::named_warning(options.interfaces.get())};
+  const Way way = way_into(session, network, cli::named_log(options.interfaces.get(), options.quiet),
+                           cli::named_warning(options.interfaces.get()), options.quiet);
   std::uint64_t received = 0;
   std::uint64_t wrong = 0;
   std::set<std::pair<someip::MethodId, Endpoint>> heard;  // events, and whose
@@ -205,6 +241,7 @@ int run(SubscribeArguments& options) {
       session.finish();
     }
   };
+  std::vector<sd::SubscribeSpec> subscriptions;
   for (auto& [eventgroup, group] : groups) {
     sd::SubscribeSpec subscription{.service = target.service.service,
                                    .instance = target.service.instance,
@@ -216,11 +253,21 @@ int run(SubscribeArguments& options) {
     if (target.described) {
       subscription.e2e = cli::protection_of_events(*options.interfaces.get(), subscription, target.major);
     }
-    node.subscribe(subscription, handler);
+    subscriptions.push_back(std::move(subscription));
   }
-  const OtherVersions others{node, target.service, options.major, options.interfaces.get(), options.quiet};
-  session.run();
-  node.shutdown();
+  if (way.bridge) {
+    if (!run_through(*way.bridge, subscriptions, options, handler, session)) {
+      return cli::exit_failure;
+    }
+  } else {
+    for (const sd::SubscribeSpec& one : subscriptions) {
+      way.node->subscribe(one, handler);
+    }
+    const OtherVersions others{*way.node, target.service, options.major, options.interfaces.get(),
+                               options.quiet};
+    session.run();
+    way.node->shutdown();
+  }
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
   return enough && wrong == 0 ? cli::exit_ok : cli::exit_failure;
 }
@@ -234,6 +281,7 @@ void add_subscribe_command(CLI::App& app, int& status) {
       "prints at most 128 elements of an array, otherwise all.\n"
       "With --interfaces, events and fields have names, and the description knows their eventgroups: give\n"
       "one name or several, or the service alone for all of them.\n"
+      "Where a bridge of this host has the address, the subscription goes through that.\n"
       "Exit status: 0; 1 when too few events came in time, or when one was no message of the type or failed\n"
       "its E2E check; 2 for a wrong command line.\n\n"
       "Examples:\n"

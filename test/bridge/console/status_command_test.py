@@ -209,7 +209,7 @@ class StatusCommand(unittest.TestCase):
         self.assertEqual(done.returncode, 0)
         bridge.kill()
         bridge.wait()
-        self.assertEqual(os.listdir(self.sockets), [f"{bridge.pid}.sock"])
+        self.assertEqual(sorted(os.listdir(self.sockets)), [f"{bridge.pid}.guests", f"{bridge.pid}.sock"])
         done = self.status(bridge)
         self.assertEqual((done.returncode, done.stdout), (1, ""))
         self.assertEqual(done.stderr, f"no bridge {bridge.file} runs on this host\n")

@@ -74,6 +74,17 @@ TEST(NodeConfigOfABridge, HasTheLimitsThatAreGiven) {
   EXPECT_EQ(node.limits.max_pending_entries, node.limits.max_offers + node.limits.max_subscriptions);
 }
 
+// So a tool cannot take the place of what a route wants later.
+TEST(NodeConfigOfABridge, HasPlacesForToolsBesideThoseThatAreGiven) {
+  const sd::NodeConfig node =
+      node_config(load("someip: {address: 127.0.0.1, limits: {max_requirements: 7, max_subscriptions: 60000, "
+                       "max_calls: 32736}}\n" +
+                       one_route));
+  EXPECT_EQ(node.limits.max_requirements, 7 + 32);
+  EXPECT_EQ(node.limits.max_subscriptions, 60'032);
+  EXPECT_EQ(node.max_calls, 32'768);
+}
+
 TEST(NodeConfigOfABridge, HasTheTimesThatAreGiven) {
   const sd::NodeConfig node = node_config(
       load("someip: {address: 127.0.0.1, limits: {reassembly_timeout: 200 ms, tcp_message_timeout: 2 s, "
