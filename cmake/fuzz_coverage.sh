@@ -19,6 +19,7 @@ parsers=(
   bridge/carry/config
   bridge/conform/profile.cpp bridge/conform/replay
   bridge/web/server.cpp
+  bridge/guest/frame.cpp
 )
 
 if [[ ! -f $build/build.ninja ]]; then
