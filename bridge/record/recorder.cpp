@@ -50,7 +50,8 @@ struct Waiting {
 struct Recorder::State {
   explicit State(RecorderSettings given) : settings{std::move(given)} {
     is_bag = settings.to.extension() != ".mcap";
-    if (is_bag && !fs::create_directories(settings.to)) {
+    // Not the folders above it: one that has vanished may be a disk that is not there now.
+    if (is_bag && !fs::create_directory(settings.to)) {
       throw std::system_error{std::make_error_code(std::errc::file_exists),
                               "cannot make " + settings.to.string()};
     }

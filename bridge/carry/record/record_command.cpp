@@ -43,6 +43,7 @@ struct RecordArguments {
   std::optional<std::uint32_t> domain;
   std::vector<std::string> msg_path;
   bool no_dds = false;
+  bool progress = false;
   bool quiet = false;
   cli::NetworkOptions network;
   cli::InterfaceOptions interfaces;
@@ -134,7 +135,11 @@ class Recording {
     if (!arguments_.capture.empty()) {
       read_capture();
     } else {
-      session_.every(count_period, [this] { recorder_.note_losses(lost()); });
+      tell_progress();
+      session_.every(count_period, [this] {
+        recorder_.note_losses(lost());
+        tell_progress();
+      });
       session_.run();
     }
     if (topics_) {
@@ -193,6 +198,14 @@ class Recording {
       add("capture_dropped", frames_->dropped());
     }
     return all;
+  }
+
+  // Who wants this and goes away wants no more of the record: print() ends the session then.
+  void tell_progress() {
+    if (arguments_.progress) {
+      const record::RecorderCounters counters = recorder_.counters();
+      session_.print(fmt::format("{{\"messages\":{},\"bytes\":{}}}\n", counters.messages, counters.bytes));
+    }
   }
 
   [[nodiscard]] int report() const {
@@ -309,6 +322,10 @@ void add_record_command(CLI::App& app, int& status) {
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{256} << 20U));
   size("--queue", arguments->queue_bytes, "What may wait for the disk; more is dropped (default: 256MiB)");
   cli::add_seconds(*command, "--for", arguments->for_s, "End after this time");
+  command
+      ->add_flag("--progress", arguments->progress,
+                 "Print what the record has as a line of JSON each second; it ends when nobody reads these")
+      ->excludes(capture);
   arguments->network.add_to(*command);
   arguments->interfaces.add_to(*command, "name the topics of SOME/IP messages");
   cli::add_quiet(*command, arguments->quiet);

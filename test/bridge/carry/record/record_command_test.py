@@ -3,6 +3,7 @@
 
 Usage: record_command_test.py TRESTLE CAPTURES
 """
+import json
 import os
 import signal
 import subprocess
@@ -103,6 +104,7 @@ class Record(RecordTest):
         capture = CAPTURES / "rr_udp.pcap"
         self.assertIn("File exists", self.run_record("-o", self.folder / "there.mcap", "--capture", capture, status=1)[1])
         self.assertIn("No such file", self.run_record("-o", self.folder / "new.mcap", "--capture", self.folder / "none", status=1)[1])
+        self.assertIn("No such file", self.run_record("-o", self.folder / "none" / "bag", "--capture", capture, status=1)[1])
 
     def test_a_full_disk_is_told(self):
         done = subprocess.run(["bash", "-c", 'ulimit -f 100; trap "" XFSZ; exec "$@"', "bash", TRESTLE, "record", "-o",
@@ -140,6 +142,24 @@ class Record(RecordTest):
         self.assertEqual(event[2]["from"].rpartition(":")[0], PEER)
         self.assertIn(b"hello", event[-1])
         self.assertIn(["0x2222", "0x8001"], [[one["service"], one["method"]] for one in decoded(self.folder / "both.pcapng")])
+
+    def test_tells_what_it_has_until_nobody_reads_that(self):
+        self.start_bridge()
+        self.start_events()
+        bag = self.folder / "bag"
+        recorder = self.start("record", "-o", bag, "--topics", "/text", "--compression", "none", "--progress", "-q",
+                              env={**os.environ, "ROS_DOMAIN_ID": str(DOMAIN)})
+        told = [json.loads(recorder.stdout.readline())]
+        while told[-1]["messages"] == 0:
+            told.append(json.loads(recorder.stdout.readline()))
+        self.assertEqual(told[0]["messages"], 0)
+        self.assertGreater(told[-1]["bytes"], told[0]["bytes"])
+        recorder.stdout.close()
+        recorder.stdout = None
+        recorder.wait(PATIENCE)
+        file = Mcap(bag / "bag_0.mcap")
+        self.assertTrue(file.is_whole)
+        self.assertGreaterEqual(len(file.messages), told[-1]["messages"])
 
     def test_ends_with_a_bag_when_it_is_asked_to(self):
         self.start_bridge()
