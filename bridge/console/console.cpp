@@ -6,6 +6,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <charconv>
 #include <exception>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -70,10 +71,12 @@ struct Console::Answers {
   FreshText not_ready;
   std::string token;
   Newest newest;
+  RecordProcess* records;
   std::optional<boost::asio::thread_pool> worker{};  ///< from the first message on that somebody looks at
 
   void answer(const web::Request& request, const web::Server::Reply& reply) {
-    if (request.method != "GET" && request.method != "HEAD") {
+    const bool reads = request.method == "GET" || request.method == "HEAD";
+    if (!reads && (request.path != "/record" || request.method != "POST")) {
       return reply({.status = 405, .body = "nothing can be changed here\n"});
     }
     if (auto page = page_answer(request.path)) {
@@ -85,6 +88,9 @@ struct Console::Answers {
     }
     if (!has_token(request)) {
       return reply({.status = 401, .body = "this needs the token: Authorization: Bearer TOKEN\n"});
+    }
+    if (request.path == "/record") {
+      return reply(reads ? record_state() : change_record(request.body));
     }
     if (request.path == "/message" || request.path == "/sight") {
       return answer_later(request, reply);
@@ -117,6 +123,24 @@ struct Console::Answers {
       return web::json_answer(*json.now());
     }
     return web::not_found();
+  }
+
+  [[nodiscard]] web::Answer record_state() const {
+    return web::json_answer(records != nullptr ? records->state_json() : RecordProcess::none_json());
+  }
+  [[nodiscard]] web::Answer change_record(const std::string& body) const {
+    if (records == nullptr || !records->is_allowed()) {
+      return {.status = 403,
+              .body = "no record may be made: the configuration has no `console: {records: FOLDER}`\n"};
+    }
+    const auto wanted = nlohmann::json::parse(body, nullptr, false);
+    const auto word = wanted.is_object() ? wanted.find("do") : wanted.end();
+    const bool starts = word != wanted.end() && *word == "start";
+    if (!starts && (word == wanted.end() || *word != "stop")) {
+      return {.status = 400, .body = "expected {\"do\": \"start\"} or {\"do\": \"stop\"}\n"};
+    }
+    const std::string refusal = starts ? records->start() : records->stop();
+    return refusal.empty() ? record_state() : web::Answer{.status = 409, .body = refusal + "\n"};
   }
 
   // A message is looked at on another thread, which gives way to all others: the bridge waits for nobody who
@@ -162,13 +186,14 @@ Console::Console(boost::asio::io_context& io, const ConsoleSettings& settings,
           io, FreshText{[this, look] { return metrics(look(), MetricsForm::prometheus, viewer_counters()); }},
           FreshText{[this, look] { return metrics(look(), MetricsForm::openmetrics, viewer_counters()); }},
           FreshText{[look] { return to_json(look()); }},
-          FreshText{[look] { return console::not_ready(look()); }}, settings.token, std::move(newest)}},
+          FreshText{[look] { return console::not_ready(look()); }}, settings.token, std::move(newest),
+          settings.records}},
       server_{std::make_unique<web::Server>(
           io, settings.at,
           [answers = answers_](const web::Request& request, const web::Server::Reply& reply) {
             answers->answer(request, reply);
           },
-          web::ServerLimits{.connections = 16, .body_bytes = 0})} {
+          web::ServerLimits{.connections = 16, .body_bytes = 1024})} {
   if (viewers_) {
     take_viewers();
   }

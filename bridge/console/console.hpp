@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "bridge/console/record_process.hpp"
 #include "bridge/console/shown_message.hpp"
 #include "bridge/console/viewers.hpp"
 #include "bridge/picture/picture.hpp"
@@ -21,6 +22,8 @@ struct ConsoleSettings {
   Endpoint at;
   /// Not empty: whoever asks has to have this token ("Authorization: Bearer TOKEN").
   std::string token{};
+  /// Makes the records that are asked for; null: none may be made.
+  RecordProcess* records = nullptr;
 };
 
 /// The newest message of a route, by its place in the picture. Nothing: there is no such route, or it carries
@@ -29,9 +32,9 @@ using Newest = std::function<std::optional<ShownMessage>(std::size_t route)>;
 
 /// Answers GET of /metrics (Prometheus, OpenMetrics), /healthz, /readyz, /status.json and the page that shows
 /// these, from the thread that runs the io_context; and of /message?route=N (message_json()) and
-/// /sight?route=N (sight()) from one of its own, as these take a while. Nothing can be changed by it, and
-/// texts are not made more often than FreshText says. At / it also speaks Foxglove's WebSocket protocol
-/// (Viewers).
+/// /sight?route=N (sight()) from one of its own, as these take a while. Nothing can be changed by it but what
+/// POST of /record does, and texts are not made more often than FreshText says. At / it also speaks
+/// Foxglove's WebSocket protocol (Viewers).
 class Console {
  public:
   /// @param look, newest  are asked on the thread that runs the io_context.

@@ -7,6 +7,7 @@
 //   shown_message.hpp  the newest message of a route, as values and as bytes
 //   sight.hpp          what there is to see of it: points, pictures, positions, frames
 //   console.hpp        serves all of these over HTTP, with the page of bridge/web/assets/console
+//   record_process.hpp a record that the page begins and ends, made by a process of its own
 //   viewers.hpp        clients of Foxglove's WebSocket protocol, by a thread of its own
 //   viewer.hpp         one of them, without a socket; foxglove.hpp: the texts of the protocol
 //   inbox.hpp          messages on their way to that thread

@@ -32,6 +32,7 @@
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/on_signal.hpp"
 #include "bridge/console/console.hpp"
+#include "bridge/console/record_process.hpp"
 #include "bridge/console/status_place.hpp"
 #include "bridge/console/status_socket.hpp"
 #include "bridge/guest/host.hpp"
@@ -145,10 +146,14 @@ class Runner {
     spdlog::info("stopping: withdrawing offers and subscriptions");
     leave_guests();
     bridge_->stop();
+    records_.allow({});
     if (const std::uint64_t lines = report_.lines_left_out()) {
       spdlog::warn("{} lines of the report were left out, because its reader was too slow", lines);
     }
   }
+
+  /// Waits for the record that is made, though not for ever.
+  void finish_record() { records_.finish(); }
 
   /// Reads the configuration and the message types anew. If something is wrong with them, the bridge goes on
   /// as before.
@@ -186,8 +191,9 @@ class Runner {
  private:
   void start() {
     // The files of the types are read again too, because they may have changed.
-    types_.emplace(messages::TypeLibrary::in(loaded_.config.types));
-    bridge_ = std::make_unique<Bridge>(io_, loaded_.config, *types_, report_, loaded_.names);
+    const BridgeConfig& config = loaded_.config;
+    types_.emplace(messages::TypeLibrary::in(config.types));
+    bridge_ = std::make_unique<Bridge>(io_, config, *types_, report_, loaded_.names);
     try {
       open_console();
     } catch (...) {
@@ -196,12 +202,12 @@ class Runner {
       throw;
     }
     if (guests_) {
-      const auto& someip = loaded_.config.someip;
+      const auto& someip = config.someip;
       guests_->open(bridge_->node(), {someip.address, someip.sd.port}, file_,
                     [this](sd::SubscribeSpec& wish) { return bridge_->share_with_routes(wish); });
     }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",
-                 count_of_all(loaded_.config), file_);
+                 count_of_all(config), file_);
   }
 
   void open_console() {
@@ -213,14 +219,18 @@ class Runner {
       settings->at = *console_address().read(console_address_);
     }
     if (!settings) {
+      records_.allow({});
       return;
     }
     if (const std::string fault = fault_of(*settings); !fault.empty()) {
       throw std::runtime_error{"console: " + fault};
     }
+    if (const std::string fault = fault_of(loaded_.records, file_); !fault.empty()) {
+      throw std::runtime_error{fault};
+    }
     try {
       console_ = std::make_unique<console::Console>(
-          io_, console::ConsoleSettings{settings->at, token_of(settings->token_file)},
+          io_, console::ConsoleSettings{settings->at, token_of(settings->token_file), &records_},
           [this] { return picture(); }, [this](std::size_t route) { return newest(route); },
           viewer_sources([this] { return bridge_.get(); },
                          [this]() -> messages::TypeLibrary& { return *types_; }));
@@ -228,6 +238,7 @@ class Runner {
       throw std::runtime_error{fmt::format("console: cannot listen at {}: {}",
                                            someip::to_string(settings->at), error.code().message())};
     }
+    records_.allow(loaded_.records.folder);
     spdlog::info("console: {}", console_->url());
   }
 
@@ -289,6 +300,11 @@ class Runner {
   Loaded loaded_;
   std::optional<messages::TypeLibrary> types_;
   std::unique_ptr<Bridge> bridge_;
+  /// Goes on while the bridge begins anew.
+  console::RecordProcess records_{io_, file_, [](bool good, const std::string& line) {
+                                    spdlog::log(good ? spdlog::level::info : spdlog::level::warn,
+                                                "record: {}", line);
+                                  }};
   std::unique_ptr<console::Console> console_;
   std::optional<console::StatusSocket> status_;
   std::optional<guest::Host> guests_;
@@ -339,6 +355,7 @@ int run(const Options& options) {
     spdlog::info("running as {}", options.user);
   }
   sd::run_busy(io, runner->busy_poll());
+  runner->finish_record();
   const bool all_shown = runner->show_last();
   logger->flush();
   if (!all_shown) {

@@ -290,13 +290,14 @@ void load_diagnostics(const YAML::Node& node, DiagnosticsSettings& into, documen
 }
 
 /// @param file_problems  what is wrong with the files that it names: interfaces, the lock file.
-void load_root(YAML::Node root, BridgeConfig& config, IdNames& names, const TypeCheck& check_type,
-               documents::Problems& problems, std::vector<documents::Problem>& file_problems) {
+void load_root(YAML::Node root, Loaded& into, const TypeCheck& check_type, documents::Problems& problems,
+               std::vector<documents::Problem>& file_problems) {
+  BridgeConfig& config = into.config;
   AppliedInterfaces applied = apply_interfaces(root, config.file, config.types, problems, file_problems);
   if (!applied.good) {
     return;
   }
-  names = std::move(applied.names);
+  into.names = std::move(applied.names);
   documents::Section section{root, "", problems};
   for (const char* key : {"interfaces", "generate"}) {  // used already, and known
     static_cast<void>(section.child(key));
@@ -314,7 +315,7 @@ void load_root(YAML::Node root, BridgeConfig& config, IdNames& names, const Type
     load_diagnostics(diagnostics, config.diagnostics, problems);
   }
   if (const YAML::Node console = section.child("console")) {
-    load_console(console, config.file, config.console.emplace(), problems);
+    load_console(console, config.file, config.console.emplace(), into.records, problems);
   }
   if (const YAML::Node types = section.child("types")) {
     load_types(types, config.file, config.types.folders, problems);
@@ -406,9 +407,8 @@ void ask_keys(const std::string& text, const documents::KeyListener& listener) {
   documents::Problems problems{""};
   problems.listen(listener);
   std::vector<documents::Problem> of_files;
-  BridgeConfig config;
-  IdNames names;
-  load_root(documents::parse_document(text, {}, problems), config, names, {}, problems, of_files);
+  Loaded loaded;
+  load_root(documents::parse_document(text, {}, problems), loaded, {}, problems, of_files);
 }
 
 tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_view text,
@@ -420,7 +420,7 @@ tl::expected<Loaded, std::vector<documents::Problem>> parse_config(std::string_v
   loaded.config.file = file;
   if (const YAML::Node root =
           documents::parse_document(std::string{text}, "at least 'someip' and 'routes'", problems)) {
-    load_root(root, loaded.config, loaded.names, check_type, problems, file_problems);
+    load_root(root, loaded, check_type, problems, file_problems);
   }
   const bool is_good = !problems.has_errors();
   std::vector<documents::Problem> all = problems.take();

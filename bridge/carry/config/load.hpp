@@ -33,11 +33,18 @@ struct TypeUse {
 using TypeCheck = std::function<TypeVerdict(const TypeUse& use, const messages::MessageRules& rules,
                                             const messages::TypePlaces& places)>;
 
+/// Where the console (`console`) may have records made: no part of the bridge itself.
+struct ConsoleRecords {
+  std::string folder{};  ///< absolute or relative to the working directory; empty: none may be made
+  documents::Mark mark{};
+};
+
 /// A good configuration, and what its author should know about it nevertheless.
 struct Loaded {
   BridgeConfig config;
   std::vector<documents::Problem> warnings;
   IdNames names{};  ///< of what its `interfaces` describe
+  ConsoleRecords records{};
 };
 
 /// Reads a configuration from text, and the lock file that it names. Everything is checked, and all errors

@@ -1,10 +1,14 @@
 #include "bridge/carry/config/load_console.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
+#include <system_error>
 
 #include "bridge/documents/host_and_port.hpp"
+#include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/section.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -24,6 +28,10 @@ std::optional<Endpoint> read_address(std::string_view text) {
   return Endpoint{*address, parts->port.value_or(ConsoleSettings::default_port)};
 }
 
+std::string next_to(const std::string& file, const std::string& path) {
+  return (std::filesystem::path{file}.parent_path() / path).lexically_normal().string();
+}
+
 }  // namespace
 
 documents::Format<Endpoint> console_address() {
@@ -37,14 +45,36 @@ std::string fault_of(const ConsoleSettings& console) {
              : std::string{};
 }
 
+std::string fault_of(const ConsoleRecords& records, const std::string& file) {
+  if (records.folder.empty()) {
+    return {};
+  }
+  std::error_code error;
+  if (!std::filesystem::is_directory(records.folder, error) && !error) {
+    error = std::make_error_code(std::errc::not_a_directory);
+  }
+  if (!error && ::access(records.folder.c_str(), W_OK | X_OK) != 0) {
+    error = {errno, std::generic_category()};
+  }
+  return error ? fmt::format("{}:{}:{}: records: {} is no folder that can be written to: {}", file,
+                             records.mark.line, records.mark.column, documents::quote_path(records.folder),
+                             error.message())
+               : std::string{};
+}
+
 void load_console(const YAML::Node& node, const std::string& file, ConsoleSettings& into,
-                  documents::Problems& problems) {
+                  ConsoleRecords& records, documents::Problems& problems) {
   documents::Section console{node, "console", problems};
   console.read("address", console_address(), into.at);
   std::string token_file;
   if (console.read("token_file", documents::any_text("a file with the token that is to be asked for"),
                    token_file)) {
-    into.token_file = (std::filesystem::path{file}.parent_path() / token_file).lexically_normal().string();
+    into.token_file = next_to(file, token_file);
+  }
+  std::string folder;
+  if (console.read("records", documents::any_text("a folder for the records that the console may make"),
+                   folder)) {
+    records = {next_to(file, folder), console.value_mark("records")};
   }
   into.mark = console.value_mark("address");
   console.finish();

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/carry/config/load.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
 
@@ -15,9 +15,13 @@ namespace trestle::carry {
 /// What is wrong with it; empty: nothing.
 [[nodiscard]] std::string fault_of(const ConsoleSettings& console);
 
+/// Why nothing can be written there now, with the place in `file`, the configuration; empty: it can, or
+/// nothing shall be.
+[[nodiscard]] std::string fault_of(const ConsoleRecords& records, const std::string& file);
+
 /// Reads `console`.
 /// @param file  the configuration's, from whose folder relative paths are meant.
 void load_console(const YAML::Node& node, const std::string& file, ConsoleSettings& into,
-                  documents::Problems& problems);
+                  ConsoleRecords& records, documents::Problems& problems);
 
 }  // namespace trestle::carry

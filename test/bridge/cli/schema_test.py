@@ -57,7 +57,7 @@ patterns:
   - {topics: /out/**, exclude: [/out/not], direction: dds_to_someip, services: 0x6000-0x6fff, port: 40022}
   - {topics: /in/**, direction: someip_to_dds, qos: {depth: 3}}
 lock_file: trestle.lock
-console: {address: '127.0.0.1:9464', token_file: console.token}
+console: {address: '127.0.0.1:9464', token_file: console.token, records: records}
 """
 
 

@@ -65,16 +65,18 @@ def free_port():
         return sock.getsockname()[1]
 
 
-def bridge(test, routes, token=""):
-    """Starts a bridge with a console, which has a `url`."""
+def bridge(test, routes, token="", records=False):
+    """Starts a bridge with a console, which has a `url`, and a folder for `records`."""
     folder = tempfile.TemporaryDirectory()
     test.addCleanup(folder.cleanup)
     file = pathlib.Path(folder.name) / "drive.yaml"
     (file.parent / "token").write_text(token)
+    (file.parent / "records").mkdir()
     port = free_port()
-    file.write_text(head() + f"console: {{address: 127.0.0.1:{port}{', token_file: token' if token else ''}}}\nroutes:\n" + routes)
+    more = (", token_file: token" if token else "") + (", records: records" if records else "")
+    file.write_text(head() + f"console: {{address: 127.0.0.1:{port}{more}}}\nroutes:\n" + routes)
     started = Program(test, "bridge", file)
-    started.url = f"http://127.0.0.1:{port}/"
+    started.url, started.records = f"http://127.0.0.1:{port}/", file.parent / "records"
     log_until(started.log, f"console: {started.url}\n")
     return started
 
@@ -343,6 +345,51 @@ class Page(unittest.TestCase):
             browser.keys("TAB")
             seen.add(browser.run(FOCUS))
         self.assertLessEqual({"filter", "State", "/in", "Network", "Hosts and limits"}, seen)
+
+    def test_begins_and_ends_a_record(self):
+        browser = self.browser
+        started = bridge(self, route("/in", 0x2222, more=LATCHED), records=True)
+        notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", POINT)
+        browser.open(started.url)
+        browser.wait("the button", "return !document.getElementById('record').hidden")
+        self.assertEqual(browser.text("#record").split(), ["Record"])
+        browser.click("#record-button")
+        browser.wait_for_text("#record-button", "Stop")
+        words = browser.wait("messages", "const text = document.getElementById('record-now').textContent; return / [1-9][0-9,]* messages?, /.test(text) && text")
+        self.assertRegex(words, r"^[0-9.]+ (s|min), [0-9,]+ messages?, [0-9.]+ [KM]?B$")
+        browser.run("document.getElementById('record-button').focus()")
+        browser.keys("ENTER")
+        browser.wait_for_text("#record-last", "recorded: ")
+        self.assertEqual(browser.text("#record-button"), "Record")
+        self.assertEqual(browser.text("#record-now"), "")
+        self.assertEqual(browser.run(FOCUS), "record-button")
+        bag, = started.records.iterdir()
+        self.assertTrue((bag / "metadata.yaml").exists())
+        self.assertRegex(browser.text("#record-last"), rf"^recorded: [1-9]\d* messages in {bag}/{bag.name}_0\.mcap$")
+        # It is there as long as the bridge is, and fits.
+        browser.ask("POST", "/goog/cdp/execute", {"cmd": "Emulation.setDeviceMetricsOverride", "params": {
+            "width": 380, "height": 700, "deviceScaleFactor": 1, "mobile": True}})
+        browser.run("location.reload()")
+        browser.wait_for_text("#record-last", "recorded: ")
+        self.assertLessEqual(browser.run("return document.documentElement.scrollWidth"), 380)
+
+    def test_says_why_a_record_failed(self):
+        browser = self.browser
+        started = bridge(self, route("/in", 0x2222), records=True)
+        browser.open(started.url)
+        browser.wait("the button", "return !document.getElementById('record').hidden")
+        started.records.rmdir()
+        browser.click("#record-button")
+        browser.wait_for_text("#record-last.bad", "the record failed: error: ")
+        self.assertIn("No such file or directory", browser.text("#record-last"))
+        self.assertEqual(browser.text("#record-button"), "Record")
+
+    def test_makes_no_record_where_that_is_not_allowed(self):
+        browser = self.browser
+        browser.open(bridge(self, route("/in", 0x2222)).url)
+        browser.wait_for_text("#graph", "waiting")
+        browser.wait("that it was asked", "return performance.getEntriesByType('resource').filter((one) => one.name.endsWith('/record')).length > 1")
+        self.assertTrue(browser.run("return document.getElementById('record').hidden"))
 
     def test_asks_for_the_token(self):
         browser = self.browser

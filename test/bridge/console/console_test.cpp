@@ -280,6 +280,9 @@ TEST_F(ConsoleTest, ChangesNothing) {
   EXPECT_THAT(get("/metrics", "Content-Type: application/json\r\nContent-Length: 0\r\n", "POST"),
               StartsWith("HTTP/1.1 405"));
   EXPECT_THAT(get("/other"), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(get("/record"), AllOf(StartsWith("HTTP/1.1 200"), HasSubstr(R"("allowed":false)")));
+  EXPECT_THAT(get("/record", "Content-Type: application/json\r\nContent-Length: 0\r\n", "POST"),
+              StartsWith("HTTP/1.1 403"));
 }
 
 TEST_F(ConsoleTest, AsksForTheToken) {

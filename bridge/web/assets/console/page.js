@@ -1,9 +1,10 @@
 // The console of a running bridge: asks it for its picture again and again, and shows the page that is wanted. It changes
-// nothing there.
+// nothing there but what record.js does.
 import {$, make} from "/parts.js";
 import {Graph, MOST} from "/console/graph.js";
 import {History, arrowOf, idsOf, lastText, linkOf, matches, rateText, stateClass, wordsOf} from "/console/picture.js";
 import {Limits} from "/console/limits.js";
+import {Record} from "/console/record.js";
 import {RoutePage} from "/console/route.js";
 import {ago, counted, figure, fill, mono, numeric, put, whole} from "/console/text.js";
 
@@ -21,9 +22,12 @@ const page = {
   backwards: false,
 };
 
+/// @param change  what is to be done; without it only asks
 /// @throws Error with what went wrong; its status is 401 where the token is missing or wrong
-async function get(path) {
-  const answer = await fetch(path, {headers: page.token ? {Authorization: `Bearer ${page.token}`} : {}}).catch(() => {
+async function ask(path, change) {
+  const headers = page.token ? {Authorization: `Bearer ${page.token}`} : {};
+  if (change) headers["Content-Type"] = "application/json";
+  const answer = await fetch(path, change ? {method: "POST", headers, body: JSON.stringify(change)} : {headers}).catch(() => {
     throw new Error("the bridge does not answer: has it ended?");
   });
   if (!answer.ok) throw Object.assign(new Error((await answer.text()).trim() || answer.statusText), {status: answer.status});
@@ -32,7 +36,8 @@ async function get(path) {
 
 const graph = new Graph($("graph"));
 const limits = new Limits($("limits"));
-const route = new RoutePage($("route"), get);
+const route = new RoutePage($("route"), ask);
+const record = new Record(ask);
 
 // ---- what is shown ----
 
@@ -177,7 +182,8 @@ async function look() {
   try {
     if (!document.hidden || !page.picture) {
       const first = !page.picture;
-      page.picture = await (await get("/status.json")).json();
+      page.picture = await (await ask("/status.json")).json();
+      await record.look();
       page.history.note(page.picture);
       limits.note(page.picture);
       page.failed = 0;
@@ -209,7 +215,7 @@ function askForToken() {
   page.token = "";
   page.picture = null;
   sessionStorage.removeItem("token");
-  for (const name of VIEWS) $(name).hidden = true;
+  for (const name of [...VIEWS, "record"]) $(name).hidden = true;
   state("waiting for the token", "faint");
   $("ask-token").hidden = false;
   $("token").value = "";

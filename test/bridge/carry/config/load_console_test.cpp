@@ -1,5 +1,8 @@
 #include "bridge/carry/config/load_console.hpp"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include "test/bridge/carry/config/problems_of.hpp"
 
 namespace trestle::test::load_console_test {
@@ -38,6 +41,25 @@ TEST(LoadConfig, ReadsTheConsole) {
   ASSERT_TRUE(open);
   EXPECT_EQ(open->at, (Endpoint{IpAddress::v4(0, 0, 0, 0), 80}));
   EXPECT_EQ(open->token_file, "keys/token");
+}
+
+TEST(LoadConfig, ReadsWhereTheConsoleMayMakeRecords) {
+  const auto records_of = [](const char* console, const char* file) {
+    const auto loaded = carry::parse_config(std::string{good_config} + console, file);
+    return loaded ? loaded->records : carry::ConsoleRecords{"errors"};
+  };
+  EXPECT_EQ(records_of("console: {}\n", "b.yaml").folder, "");
+  EXPECT_EQ(records_of("console: {records: /data/records}\n", "b.yaml").folder, "/data/records");
+  const carry::ConsoleRecords beside = records_of("console: {records: no/where}\n", "b.yaml");
+  EXPECT_EQ(beside.folder, "no/where");
+  EXPECT_EQ(beside.mark.column, 20);
+  EXPECT_EQ(fault_of(beside, "b.yaml"),
+            fmt::format("b.yaml:{}:20: records: 'no/where' is no folder that can be written to: No such "
+                        "file or directory",
+                        beside.mark.line));
+  EXPECT_THAT(fault_of(carry::ConsoleRecords{"/dev/null", {}}, "b.yaml"), HasSubstr("Not a directory"));
+  EXPECT_EQ(fault_of(carry::ConsoleRecords{"/", {}}, "b.yaml").empty(), ::access("/", W_OK) == 0);
+  EXPECT_EQ(fault_of(carry::ConsoleRecords{}, "b.yaml"), "");
 }
 
 TEST(LoadConfig, AsksForATokenWhereOthersReachTheConsole) {
