@@ -43,6 +43,7 @@ def read_bag(folder):
 
 
 def children(parent):
+    """Those that run our program; a sanitizer has helpers of its own."""
     found = []
     for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -50,7 +51,9 @@ def children(parent):
         except (FileNotFoundError, ProcessLookupError):
             continue
         if int(fields[1]) == parent and fields[0] != "Z":
-            found.append(int(stat.parent.name))
+            with contextlib.suppress(FileNotFoundError):
+                if os.path.samefile(stat.parent / "exe", program):
+                    found.append(int(stat.parent.name))
     return found
 
 
