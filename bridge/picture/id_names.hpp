@@ -11,8 +11,9 @@ namespace trestle::carry {
 /// What interface descriptions call the ids of services, so that pictures of routes have the names.
 class IdNames {
  public:
+  /// The names of one version of a service.
   struct Service {
-    std::string name;
+    std::string name;                                  ///< as its description writes it
     std::map<std::uint16_t, std::string> members;      ///< methods, events and parts of fields: "opening.get"
     std::map<std::uint16_t, std::string> eventgroups;  ///< or what is in them, "moved, level"
   };
