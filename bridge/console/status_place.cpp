@@ -1,6 +1,5 @@
 #include "bridge/console/status_place.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -15,6 +14,9 @@
 #include <cstring>
 #include <optional>
 #include <system_error>
+#include <thread>
+
+#include "someip/net/socket_calls.hpp"
 
 namespace trestle::console {
 namespace {
@@ -25,6 +27,7 @@ using std::chrono::steady_clock;
 constexpr const char* system_folder = "/run/trestle";
 constexpr const char* ending = ".sock";
 constexpr const char* guest_ending = ".guests";
+constexpr auto pause_while_full = std::chrono::milliseconds{20};
 
 std::optional<fs::path> runtime_folder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
@@ -71,23 +74,6 @@ std::vector<fs::path> sockets_in(const std::vector<fs::path>& folders, const cha
   std::ranges::sort(sockets);
   return sockets;
 }
-
-// A descriptor that is closed at the end.
-class Descriptor {
- public:
-  explicit Descriptor(int number) noexcept : number_{number} {}
-  ~Descriptor() {
-    if (number_ >= 0) {
-      ::close(number_);
-    }
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  [[nodiscard]] int number() const noexcept { return number_; }
-
- private:
-  int number_;
-};
 
 }  // namespace
 
@@ -152,30 +138,55 @@ std::vector<fs::path> guest_sockets(const std::vector<fs::path>& folders) {
   return sockets_in(folders, guest_ending);
 }
 
-tl::expected<std::string, AskError> ask(const fs::path& socket, std::chrono::milliseconds limit,
-                                        std::size_t max_bytes) {
-  const auto end = steady_clock::now() + limit;
-  const Descriptor client{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+std::string told(AskError error, const fs::path& socket) {
+  switch (error) {
+    case AskError::gone:
+      return {};
+    case AskError::not_allowed:
+      return socket.string() + ": a bridge of another user";
+    case AskError::no_answer:
+      break;
+  }
+  return socket.string() + ": the bridge does not answer; it may be stopped, or very busy";
+}
+
+tl::expected<int, AskError> connect_to(const fs::path& socket, std::chrono::milliseconds limit) {
+  someip::Descriptor client{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
   sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
   const std::string path = socket.string();
-  if (client.number() < 0 || path.size() >= sizeof address.sun_path) {
+  if (client.get() < 0 || path.size() >= sizeof address.sun_path) {
     return tl::unexpected{AskError::no_answer};
   }
   std::memcpy(static_cast<void*>(address.sun_path), path.data(), path.size());
-  // Not waiting: where the queue of those who connect is full, the bridge is stuck.
-  if (::connect(client.number(), static_cast<sockaddr*>(static_cast<void*>(&address)), sizeof address) != 0) {
+  const auto end = steady_clock::now() + limit;
+  while (::connect(client.get(), static_cast<sockaddr*>(static_cast<void*>(&address)), sizeof address) != 0) {
+    if (errno == EAGAIN && steady_clock::now() < end) {
+      std::this_thread::sleep_for(pause_while_full);
+      continue;
+    }
     if (errno == ECONNREFUSED) {
-      remove_left_behind(socket);
+      remove_left_behind(socket);  // of a bridge that was killed
       return tl::unexpected{AskError::gone};
     }
     return tl::unexpected{errno == ENOENT                     ? AskError::gone
                           : errno == EACCES || errno == EPERM ? AskError::not_allowed
                                                               : AskError::no_answer};
   }
+  return client.release();
+}
+
+tl::expected<std::string, AskError> ask(const fs::path& socket, std::chrono::milliseconds limit,
+                                        std::size_t max_bytes) {
+  const auto end = steady_clock::now() + limit;
+  const auto connected = connect_to(socket, std::chrono::milliseconds{0});
+  if (!connected) {
+    return tl::unexpected{connected.error()};
+  }
+  const someip::Descriptor client{*connected};
   std::string answer;
   std::array<char, 65536> piece{};
   for (;;) {
-    const ssize_t bytes = ::read(client.number(), piece.data(), piece.size());
+    const ssize_t bytes = ::read(client.get(), piece.data(), piece.size());
     if (bytes == 0) {
       return answer;
     }
@@ -190,7 +201,7 @@ tl::expected<std::string, AskError> ask(const fs::path& socket, std::chrono::mil
     if ((errno != EAGAIN && errno != EINTR) || left.count() <= 0) {
       return tl::unexpected{AskError::no_answer};
     }
-    pollfd readable{.fd = client.number(), .events = POLLIN, .revents = 0};
+    pollfd readable{.fd = client.get(), .events = POLLIN, .revents = 0};
     ::poll(&readable, 1, static_cast<int>(left.count()));
   }
 }

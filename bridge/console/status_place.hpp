@@ -56,6 +56,15 @@ enum class AskError : std::uint8_t {
   no_answer,    ///< nothing, or not all, in time
 };
 
+/// For people: "/run/trestle/1234.sock: a bridge of another user". Empty for one that is gone.
+[[nodiscard]] std::string told(AskError error, const std::filesystem::path& socket);
+
+/// Connects to a bridge's socket. Reads and writes do not wait.
+/// @param limit  so long it is tried again where too many others are just connecting.
+/// @return the descriptor, which the caller has to close.
+[[nodiscard]] tl::expected<int, AskError> connect_to(const std::filesystem::path& socket,
+                                                     std::chrono::milliseconds limit);
+
 /// @param limit  for all of it.
 /// @param max_bytes  of the answer; a longer one counts as none.
 [[nodiscard]] tl::expected<std::string, AskError> ask(const std::filesystem::path& socket,

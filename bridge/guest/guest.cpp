@@ -3,21 +3,16 @@
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <thread>
 #include <utility>
 
 #include "bridge/console/status_place.hpp"
-#include "bridge/guest/host.hpp"
 #include "someip/wire/bytes.hpp"
 
 namespace trestle::guest {
@@ -28,52 +23,15 @@ namespace fs = std::filesystem;
 using boost::system::error_code;
 using Protocol = asio::local::stream_protocol;
 
-constexpr timeval patience{.tv_sec = 3, .tv_usec = 0};
+constexpr std::chrono::seconds patience{3};
 
-std::string no_answer_of(const fs::path& path) {
-  return path.string() + ": the bridge does not answer; it may be stopped, or very busy";
-}
-
-/// Connected, or closed; `fault` says what a person can do something about.
-Protocol::socket connect(asio::io_context& io, const fs::path& path, std::string& fault) {
-  Protocol::socket socket{io};
-  const int number = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
-  const std::string name = path.string();
-  if (number < 0 || name.size() >= sizeof address.sun_path) {
-    if (number >= 0) {
-      ::close(number);
-    }
-    return socket;
-  }
-  socket.assign(Protocol{}, number);
-  std::memcpy(static_cast<void*>(address.sun_path), name.data(), name.size());
-  const auto try_it = [&] {
-    return ::connect(number, static_cast<const sockaddr*>(static_cast<const void*>(&address)),
-                     sizeof address) == 0;
-  };
-  // The queue of those who connect is short: where it stays full, the bridge is stuck.
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds{patience.tv_sec};
-  bool connected = try_it();
-  while (!connected && errno == EAGAIN && std::chrono::steady_clock::now() < end) {
-    std::this_thread::sleep_for(Host::spacing);
-    connected = try_it();
-  }
-  if (!connected) {
-    if (errno == ECONNREFUSED) {
-      console::remove_left_behind(path);  // of a bridge that was killed
-    } else if (errno == EACCES || errno == EPERM) {
-      fault = name + ": a bridge of another user";
-    } else if (errno != ENOENT) {
-      fault = no_answer_of(path);
-    }
-    socket.close();
-    return socket;
-  }
-  ::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) & ~O_NONBLOCK);
-  ::setsockopt(number, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  ::setsockopt(number, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
-  return socket;
+/// With a time limit for each read and write.
+Protocol::socket with_limit(asio::io_context& io, int connected) {
+  ::fcntl(connected, F_SETFL, ::fcntl(connected, F_GETFL) & ~O_NONBLOCK);
+  const timeval limit{.tv_sec = patience.count(), .tv_usec = 0};
+  ::setsockopt(connected, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+  ::setsockopt(connected, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+  return {io, Protocol{}, connected};
 }
 
 std::optional<Hello> hello_of(Protocol::socket& socket) {
@@ -103,14 +61,17 @@ std::optional<Hello> hello_of(Protocol::socket& socket) {
 
 std::unique_ptr<Guest> Guest::of(asio::io_context& io, const Endpoint& at, std::vector<std::string>& faults) {
   for (const fs::path& path : console::guest_sockets(console::status_folders())) {
-    std::string fault;
-    Protocol::socket socket = connect(io, path, fault);
-    auto hello = socket.is_open() ? hello_of(socket) : std::nullopt;
-    if (socket.is_open() && !hello) {
-      fault = no_answer_of(path);
+    const auto connected = console::connect_to(path, patience);
+    if (!connected) {
+      if (std::string fault = told(connected.error(), path); !fault.empty()) {
+        faults.push_back(std::move(fault));
+      }
+      continue;
     }
-    if (!fault.empty()) {
-      faults.push_back(std::move(fault));
+    Protocol::socket socket = with_limit(io, *connected);
+    auto hello = hello_of(socket);
+    if (!hello) {
+      faults.push_back(told(console::AskError::no_answer, path));
     }
     if (hello && hello->at == at) {
       return std::make_unique<Guest>(std::move(socket), std::move(*hello));

@@ -49,10 +49,8 @@ std::vector<Found> look(const std::string& wanted, std::vector<std::string>& fau
   for (const auto& socket : console::status_sockets(console::status_folders())) {
     const auto answer = console::ask(socket, most_patience);
     if (!answer) {
-      if (answer.error() == console::AskError::not_allowed) {
-        faults.push_back(socket.string() + ": a bridge of another user");
-      } else if (answer.error() == console::AskError::no_answer) {
-        faults.push_back(socket.string() + ": the bridge does not answer; it may be stopped, or very busy");
+      if (std::string fault = told(answer.error(), socket); !fault.empty()) {
+        faults.push_back(std::move(fault));
       }
       continue;
     }
