@@ -55,6 +55,18 @@ Settings discovery_settings(const NodeConfig& config, const std::span<const Fore
   return settings;
 }
 
+/// Whether it holds a Subscribe Eventgroup entry.
+bool subscribes(ByteView datagram) {
+  const auto message = someip::decode(datagram);
+  const auto sd = message ? decode(*message) : tl::unexpected{WireFault{}};
+  for (std::size_t i = 0; sd && i < sd->entry_count(); ++i) {
+    if (sd->entry(i).kind() == EntryKind::subscribe_eventgroup) {
+      return true;
+    }
+  }
+  return false;
+}
+
 someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, someip::PortSharing sharing) {
   someip::UdpOptions options = udp_options(config, {at, config.port});
   if (at == config.multicast) {
@@ -235,6 +247,9 @@ struct Node::State : std::enable_shared_from_this<State> {
       // Our own, come back, discovery counts.
       if (from != Endpoint{config.address, config.port} && !access.hears(from.address)) {
         return;
+      }
+      if (subscribes(datagram)) {
+        ports.accept_waiting();  // it may name a connection that the system has made, but not yet told of
       }
       const SdCounters before = discovery.counters();
       discovery.on_datagram(datagram, from, via_multicast, now());

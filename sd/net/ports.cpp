@@ -215,6 +215,10 @@ void Ports::leave(std::shared_ptr<TcpPort> port) {
   place->first.arm(now() + leaving_time);
 }
 
+void Ports::accept_waiting() {
+  for_each(tcp_, [](TcpPort& port) { port.server.accept_waiting(); });
+}
+
 void Ports::disconnect(const Endpoint& own, const Endpoint& client, const std::string& why) {
   if (const auto port = find_port(tcp_, [&](const TcpPort& one) { return one.server.local() == own; })) {
     port->server.disconnect(client, why);

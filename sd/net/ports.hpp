@@ -112,6 +112,8 @@ class Ports {
   /// Nothing is offered here any more. Stays a while, so that the clients disconnect.  [feat_req_someip_680]
   void leave(std::shared_ptr<TcpPort> port);
 
+  /// Accepts now whoever has connected to our TCP endpoints.
+  void accept_waiting();
   /// Closes the connection of a client to our TCP endpoint `own`, if it stands.
   void disconnect(const Endpoint& own, const Endpoint& client, const std::string& why);
   /// Discovery has no place for the connection of this client to `own`: one of those at all ports gives way,

@@ -113,6 +113,15 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
   }
 
   void accept_all() {
+    if (const int error = accept_waiting(); error != 0) {
+      accept_later(error);
+    } else if (!stopped) {
+      wait_for_client();
+    }
+  }
+
+  // Returns what keeps it from accepting more, or 0.
+  int accept_waiting() {
     for (int round = 0; round < backlog && !stopped; ++round) {
       SocketAddress from;
       Descriptor client{
@@ -122,13 +131,10 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
       } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
         break;
       } else if (errno != ECONNABORTED && errno != EINTR) {
-        accept_later(errno);
-        return;
+        return errno;
       }
     }
-    if (!stopped) {
-      wait_for_client();
-    }
+    return 0;
   }
 
   // The client is still there, so waiting for the socket would return at once.
@@ -404,6 +410,11 @@ TcpServer::~TcpServer() {
 void TcpServer::start(Handlers handlers) {
   state_->handlers = std::move(handlers);
   state_->wait_for_client();
+}
+
+void TcpServer::accept_waiting() {
+  const std::shared_ptr<State> state = state_;  // a handler may destroy this
+  state->accept_waiting();                      // an error comes again where it is told, in accept_all()
 }
 
 bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,

@@ -55,6 +55,9 @@ class TcpServer {
   /// Starts to accept connections. Call once.
   void start(Handlers handlers);
 
+  /// Accepts now whoever has connected: what another socket has brought may speak of it already.
+  void accept_waiting();
+
   /// Sends to the client that is connected from `to`, as TcpStream::send().
   /// @return false also when there is no such client.
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,

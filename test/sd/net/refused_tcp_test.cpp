@@ -1,4 +1,5 @@
-// A subscription over TCP that the server refuses: is the connection still there?
+// A subscription over TCP that the server refuses: is the connection still there? And one that it must not
+// refuse.
 #include "test/covers.hpp"
 #include "test/sd/net/bare_peer.hpp"
 
@@ -9,7 +10,10 @@ using test::covers;
 using test::quick;
 using namespace std::chrono_literals;
 
-class RefusedTcpTest : public test::BarePeer {};
+class RefusedTcpTest : public test::BarePeer {
+ protected:
+  static constexpr someip::MethodId event{0x8001};
+};
 
 TEST_F(RefusedTcpTest, ProbesTheConnectionAndMakesItAnew) {
   covers({"feat_req_someipsd_869", "feat_req_someip_647"});
@@ -41,6 +45,30 @@ TEST_F(RefusedTcpTest, ProbesTheConnectionAndMakesItAnew) {
   connections.front().close();
   ASSERT_TRUE(run_until([&] { return accepted == 2; })) << "connected anew";
   EXPECT_TRUE(run_until([&] { return subscribes() >= 2; })) << "and subscribed through it";
+}
+
+// A client connects and subscribes at once. Discovery is looked at first here, since something came there
+// before.
+TEST_F(RefusedTcpTest, IsNotOneWhoseConnectionWaitsToBeAccepted) {
+  covers({"feat_req_someipsd_767", "feat_req_someipsd_1137"});
+  Node server{io, quick(test::server_address)};
+  const OfferHandle handle = server.offer({.service = ServiceId{0x1234},
+                                           .instance = InstanceId{1},
+                                           .tcp_port = 40231,
+                                           .eventgroups = {{.id = EventgroupId{1}, .events = {event}}},
+                                           .tcp_events = {event}});
+  ASSERT_TRUE(run_until([&] { return count("01000010123400010100") != 0; })) << "it is offered";
+  const Endpoint discovery{test::server_address, sd_port};
+  send(discovery, 1, "00 00 00 00 4321 ffff ff ffffff ffffffff", "");
+  boost::asio::ip::tcp::socket connection{io};
+  connection.open(boost::asio::ip::tcp::v4());
+  connection.bind({boost::asio::ip::make_address(someip::to_string(test::other_address)), 40232});
+  connection.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), 40231});
+  const auto address = test::to_hex(std::as_bytes(std::span{test::other_address.bytes})).substr(0, 8);
+  send(discovery, 2, "06 00 00 10 1234 0001 01 000258 0000 0001", "0009 04 00" + address + "00 06 9d28");
+  ASSERT_TRUE(run_until([&] { return count("0700") != 0; }));
+  EXPECT_EQ(count("07000000123400010100025800000001"), 1U) << "an Ack";
+  EXPECT_EQ(server.subscribers(handle, event), 1U);
 }
 
 }  // namespace
