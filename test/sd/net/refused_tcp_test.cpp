@@ -57,15 +57,22 @@ TEST_F(RefusedTcpTest, IsNotOneWhoseConnectionWaitsToBeAccepted) {
                                            .tcp_port = 40231,
                                            .eventgroups = {{.id = EventgroupId{1}, .events = {event}}},
                                            .tcp_events = {event}});
-  ASSERT_TRUE(run_until([&] { return count("01000010123400010100") != 0; })) << "it is offered";
   const Endpoint discovery{test::server_address, sd_port};
-  send(discovery, 1, "00 00 00 00 4321 ffff ff ffffff ffffffff", "");
+  const auto find = [&](const std::string& service) {
+    send(discovery, answer_session++, "00 00 00 00" + service + "ffff ff 000258 ffffffff", "");
+  };
+  ASSERT_TRUE(run_until([&] {
+    find("1234");
+    return count("1234000101") != 0;
+  })) << "it is offered";
+  find("4321");
   boost::asio::ip::tcp::socket connection{io};
   connection.open(boost::asio::ip::tcp::v4());
   connection.bind({boost::asio::ip::make_address(someip::to_string(test::other_address)), 40232});
   connection.connect({boost::asio::ip::make_address(someip::to_string(test::server_address)), 40231});
   const auto address = test::to_hex(std::as_bytes(std::span{test::other_address.bytes})).substr(0, 8);
-  send(discovery, 2, "06 00 00 10 1234 0001 01 000258 0000 0001", "0009 04 00" + address + "00 06 9d28");
+  send(discovery, answer_session++, "06 00 00 10 1234 0001 01 000258 0000 0001",
+       "0009 04 00" + address + "00 06 9d28");
   ASSERT_TRUE(run_until([&] { return count("0700") != 0; }));
   EXPECT_EQ(count("07000000123400010100025800000001"), 1U) << "an Ack";
   EXPECT_EQ(server.subscribers(handle, event), 1U);
