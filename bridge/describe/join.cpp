@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "bridge/describe/compare.hpp"
+#include "bridge/describe/contradictions.hpp"
+#include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/join_members.hpp"
 #include "bridge/documents/problems.hpp"
 
@@ -29,32 +31,6 @@ bool is_bare(const Service& service) {
          std::ranges::all_of(service.fields, [&](const Field& field) { return empty(field.payload); });
 }
 
-void add_instance(Instance& to, const Instance& from) {
-  fill(to.service_id, from.service_id);
-  fill(to.address, from.address);
-  fill(to.udp_port, from.udp_port);
-  fill(to.tcp_port, from.tcp_port);
-  fill(to.major, from.major);
-  fill(to.minor, from.minor);
-  fill(to.timing, from.timing);
-  fill(to.priority, from.priority);
-  fill(to.weight, from.weight);
-  for (const Multicast& group : from.multicast) {
-    if (std::ranges::find(to.multicast, group.eventgroup, &Multicast::eventgroup) == to.multicast.end()) {
-      to.multicast.push_back(group);
-    }
-  }
-  fill(to.eventgroups, from.eventgroups);
-  to.configuration.insert(from.configuration.begin(), from.configuration.end());
-  if (to.machine.empty()) {
-    to.machine = from.machine;
-  }
-  if (to.name.empty()) {
-    to.name = from.name;
-  }
-  fill(to.notes, from.notes);
-}
-
 class Joining {
  public:
   explicit Joining(Model& model) : model_{model} {}
@@ -66,6 +42,7 @@ class Joining {
     for (Instance& instance : model_.instances) {
       name_service(instance);
     }
+    machines();
     instances();
     for (const Service& service : model_.services) {
       members(service);
@@ -145,7 +122,7 @@ class Joining {
         continue;
       }
       const auto same = service.has_version ? versions.find({service.id, service.major}) : versions.end();
-      add_service(kept[same == versions.end() ? place->second : same->second], service);
+      add_service(kept[same == versions.end() ? place->second : same->second], service, contradictions_);
     }
     model_.services = std::move(kept);
   }
@@ -175,7 +152,7 @@ class Joining {
       }
       const bool other_file = service.place.file != other->place.file;
       if (other_file && service.name == other->name && say_the_same(*other, service)) {
-        add_service(*other, service);
+        add_service(*other, service, contradictions_);
         is_twin[at] = true;
         twin_of_[name] = full_name(other->scope, other->name);
         continue;
@@ -442,7 +419,49 @@ class Joining {
     std::map<Spot, std::set<std::size_t>> at_{};
   };
 
+  /// vsomeip JSON does not name its host: it is the one that has its address, if another source tells of it.
+  void machines() {
+    std::map<IpAddress, Machine*> known;
+    for (Machine& machine : model_.machines) {
+      if (machine.address && machine.place.mark.line != 0) {
+        known.try_emplace(*machine.address, &machine);
+      }
+    }
+    std::map<std::pair<std::string, IpAddress>, std::string> names;
+    for (const Machine& machine : model_.machines) {
+      const auto same =
+          machine.address && machine.place.mark.line == 0 ? known.find(*machine.address) : known.end();
+      if (same != known.end()) {
+        fill(same->second->sd_multicast, machine.sd_multicast);
+        fill(same->second->sd_port, machine.sd_port);
+        names.emplace(std::pair{machine.name, *machine.address}, same->second->name);
+      }
+    }
+    if (names.empty()) {
+      return;
+    }
+    const auto name_of = [&](const std::string& name, const std::optional<IpAddress>& address) {
+      return address ? names.find({name, *address}) : names.end();
+    };
+    for (Instance& instance : model_.instances) {
+      if (const auto found = name_of(instance.machine, instance.address); found != names.end()) {
+        instance.machine = found->second;
+      }
+    }
+    std::erase_if(model_.machines, [&](const Machine& machine) {
+      return machine.place.mark.line == 0 && name_of(machine.name, machine.address) != names.end();
+    });
+  }
+
   void instances() {
+    tell_of_addresses(
+        model_.instances,
+        [this](const Instance& instance) {
+          const auto service = by_name_.find(instance.service);
+          return instance.major.value_or(service == by_name_.end() ? std::uint8_t{1}
+                                                                   : service->second->major);
+        },
+        contradictions_);
     std::vector<Instance> kept;
     using Key = std::tuple<Instance::Role, std::string, std::optional<someip::InstanceId>,
                            std::optional<someip::ServiceId>>;
@@ -457,14 +476,14 @@ class Joining {
       }
       Instance& known = kept[*same];
       alike.erase(known, *same);
-      add_instance(known, instance);
+      add_instance(known, instance, contradictions_);
       alike.insert(known, *same);
     }
     model_.instances = without_unknown_ids(std::move(kept));
   }
 
   /// An instance that is provided without an id is the only one with an id, if they do not contradict.
-  static std::vector<Instance> without_unknown_ids(std::vector<Instance> all) {
+  std::vector<Instance> without_unknown_ids(std::vector<Instance> all) {
     using Key = std::pair<std::string, std::optional<someip::ServiceId>>;
     std::map<Key, std::vector<std::size_t>> known;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -485,7 +504,7 @@ class Joining {
       Instance& same = all[found->second.front()];
       if (agree(same.address, one.address) && agree(same.udp_port, one.udp_port) &&
           agree(same.tcp_port, one.tcp_port)) {
-        add_instance(same, one);
+        add_instance(same, one, contradictions_);
         is_gone[i] = true;
       }
     }
@@ -613,6 +632,8 @@ class Joining {
   }
 
   Model& model_;
+  Contradictions contradictions_{
+      model_, [this](const Place& place, std::string text) { error(place, std::move(text)); }};
   std::map<std::string, const Service*, std::less<>> by_name_{};
   std::map<someip::ServiceId, const Service*> by_id_{};
   std::map<std::pair<someip::ServiceId, std::uint8_t>, const Service*> by_version_{};

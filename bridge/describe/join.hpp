@@ -20,8 +20,8 @@ inline constexpr std::size_t max_inherited_members = 1'000'000;
 /// - Instances of the same service, id and role become one; each adds what the others lack.
 ///
 /// @return what contradicts: two services of one name, or of one id with different names, or two members of
-///         one id; and what is too large to work with: types nested deeper than max_type_nesting, more than
-///         max_inherited_members
+///         one id, or two values of one setting (contradictions.hpp); and what is too large to work with:
+///         types nested deeper than max_type_nesting, more than max_inherited_members
 [[nodiscard]] std::vector<documents::Problem> join(Model& model);
 
 /// "Door.fidl:12:3", or the file, or nothing.

@@ -1,9 +1,16 @@
 #include "bridge/describe/join_members.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <iterator>
 #include <map>
+#include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
+
+#include "bridge/documents/format.hpp"
 
 namespace trestle::describe {
 
@@ -25,32 +32,116 @@ void fill(std::vector<someip::EventgroupId>& to, const std::vector<someip::Event
 
 namespace {
 
-void add_transfer(Transfer& to, const Transfer& from) {
-  if (to == Transfer{}) {
-    to = from;  // nobody said which transport
-    return;
-  }
-  const auto take = [](auto& known, const auto& other) {
-    if (known == std::decay_t<decltype(known)>{}) {
-      known = other;
-    }
-  };
-  take(to.segment_bytes, from.segment_bytes);
-  take(to.separation, from.separation);
-  take(to.debounce, from.debounce);
-  take(to.retention, from.retention);
-}
+/// Two descriptions of one message: what the first does not say is taken from the second.
+class Message {
+ public:
+  /// @param name  "Door.moved"
+  Message(std::string name, const Place& first, const Place& second, Contradictions& contradictions)
+      : name_{std::move(name)}, first_{first}, second_{second}, contradictions_{contradictions} {}
 
-void add_protection(Protection& to, const Protection& from) {
-  if (to.profile.empty()) {
-    to = from;
+  void transfer(Transfer& to, const Transfer& from) const {
+    if (to == Transfer{} && !to.transport_at) {
+      to = from;  // nobody said which transport
+      return;
+    }
+    const auto word = [](Transport transport) { return transport == Transport::tcp ? "TCP" : "UDP"; };
+    said("the transport", to.transport, to.transport_at, from.transport, from.transport_at, word);
+    const auto bytes = [](std::uint32_t count) { return fmt::to_string(count); };
+    said("the bytes of a segment", to.segment_bytes, to.segment_bytes_at, from.segment_bytes,
+         from.segment_bytes_at, bytes);
+    said("the retention time", to.retention, to.retention_at, from.retention, from.retention_at, time_text);
+    given("the time between segments", to.separation, from.separation, time_text);
+    given("the debounce time", to.debounce, from.debounce, time_text);
   }
-}
+
+  void protection(Protection& to, const Protection& from) const {
+    if (to.profile.empty()) {
+      to = from;
+      return;
+    }
+    if (from.profile.empty()) {
+      return;
+    }
+    differ("the E2E profile", to.profile, from.profile);
+    const auto common = [this](const auto& all, const auto& others) {
+      for (const auto& [key, value] : all) {
+        if (const auto other = others.find(key); other != others.end()) {
+          differ(fmt::format("for E2E the {}", key), fmt::format("{}", value),
+                 fmt::format("{}", other->second));
+        }
+      }
+    };
+    common(to.numbers, from.numbers);
+    common(to.words, from.words);
+  }
+
+  template <typename Time>
+  void time(const char* what, std::optional<Time>& to, const std::optional<Time>& from) const {
+    if (to && from) {
+      differ(what, time_text(*to), time_text(*from));
+    }
+    fill(to, from);
+  }
+
+  /// A message may be in several.
+  void eventgroups(std::vector<someip::EventgroupId>& to,
+                   const std::vector<someip::EventgroupId>& from) const {
+    const auto is_in = [](const std::vector<someip::EventgroupId>& all) {
+      return [&all](someip::EventgroupId one) { return std::ranges::find(all, one) != all.end(); };
+    };
+    if (!to.empty() && !from.empty() && std::ranges::none_of(from, is_in(to))) {
+      const auto text = [](const std::vector<someip::EventgroupId>& all) {
+        std::string ids;
+        for (const someip::EventgroupId one : all) {
+          ids += fmt::format("{}0x{:04x}", ids.empty() ? "" : " and ", someip::value(one));
+        }
+        return ids;
+      };
+      differ("the eventgroup", text(to), text(from));
+      return;
+    }
+    std::ranges::remove_copy_if(from, std::back_inserter(to), is_in(std::vector{to}));
+  }
+
+ private:
+  static std::string time_text(Duration time) { return documents::to_string(time); }
+
+  void differ(std::string_view what, std::string first, std::string second) const {
+    contradictions_.compare(name_, what, {std::move(first), first_}, {std::move(second), second_});
+  }
+
+  /// A value that may be the default of a language, unless there is a place.
+  template <typename T, typename Text>
+  void said(std::string_view what, T& to, std::optional<Place>& to_at, const T& from,
+            const std::optional<Place>& from_at, const Text& text) const {
+    if (to_at && from_at) {
+      contradictions_.compare(name_, what, {text(to), *to_at}, {text(from), *from_at});
+    } else if (from_at || (!to_at && to == T{} && !std::is_same_v<T, Transport>)) {
+      to = from;
+      to_at = from_at;
+    }
+  }
+
+  /// A value that is 0 where nobody says it.
+  template <typename T, typename Text>
+  void given(std::string_view what, T& to, const T& from, const Text& text) const {
+    if (to == T{}) {
+      to = from;
+    } else if (from != T{}) {
+      differ(what, text(to), text(from));
+    }
+  }
+
+  std::string name_;
+  Place first_;
+  Place second_;
+  Contradictions& contradictions_;
+};
 
 /// What one description knows of the members of another one, by their ids.
 class Members {
  public:
-  explicit Members(Service& to) : to_{to} {
+  Members(Service& to, Contradictions& contradictions) : to_{to}, contradictions_{contradictions} {
     for (std::size_t at = 0; at < to.events.size(); ++at) {
       note(events_, to.events[at].id, at);
     }
@@ -117,11 +208,12 @@ class Members {
 
   /// @return false: nobody has this id.
   bool add_event(const Event& event) {
-    const auto add_to = [&event](auto& known, Transfer& transfer) {
-      add_transfer(transfer, event.transfer);
-      fill(known.eventgroups, event.eventgroups);
-      add_protection(known.e2e, event.e2e);
-      fill(known.cycle, event.cycle);
+    const auto add_to = [&](auto& known, Transfer& transfer) {
+      const Message message = message_of(known, event.place);
+      message.transfer(transfer, event.transfer);
+      message.eventgroups(known.eventgroups, event.eventgroups);
+      message.protection(known.e2e, event.e2e);
+      message.time("the cycle", known.cycle, event.cycle);
       fill(known.observed_bytes, event.observed_bytes);
       fill(known.notes, event.notes);
     };
@@ -138,10 +230,11 @@ class Members {
 
   bool add_method(const Method& method) {
     if (Method* const known = find(methods_, to_.methods, method.id)) {
-      add_transfer(known->request_transfer, method.request_transfer);
-      add_transfer(known->response_transfer, method.response_transfer);
-      add_protection(known->e2e, method.e2e);
-      fill(known->timeout, method.timeout);
+      const Message message = message_of(*known, method.place);
+      message.transfer(known->request_transfer, method.request_transfer);
+      message.transfer(known->response_transfer, method.response_transfer);
+      message.protection(known->e2e, method.e2e);
+      message.time("the timeout", known->timeout, method.timeout);
       fill(known->observed_bytes, method.observed_bytes);
       fill(known->notes, method.notes);
       return true;
@@ -150,12 +243,14 @@ class Members {
     Field* const read = find(getters_, to_.fields, method.id);
     Field* const written = find(setters_, to_.fields, method.id);
     if (read != nullptr) {
-      add_transfer(read->getter_transfer, method.response_transfer);
-      add_protection(read->getter_e2e, method.e2e);
+      const Message message = message_of(*read, method.place, " (getter)");
+      message.transfer(read->getter_transfer, method.response_transfer);
+      message.protection(read->getter_e2e, method.e2e);
     }
     if (written != nullptr) {
-      add_transfer(written->setter_transfer, method.request_transfer);
-      add_protection(written->setter_e2e, method.e2e);
+      const Message message = message_of(*written, method.place, " (setter)");
+      message.transfer(written->setter_transfer, method.request_transfer);
+      message.protection(written->setter_e2e, method.e2e);
     }
     if (Field* const known = read != nullptr ? read : written) {
       fill(known->observed_bytes, method.observed_bytes);
@@ -176,7 +271,8 @@ class Members {
                                                         .cycle = field.cycle,
                                                         .observed_bytes = field.observed_bytes,
                                                         .e2e = field.e2e,
-                                                        .notes = field.notes});
+                                                        .notes = field.notes,
+                                                        .place = field.place});
     }
     const auto add_part = [&](bool& there, const std::optional<someip::MethodId>& id,
                               const Transfer& transfer, const Protection& e2e) {
@@ -187,7 +283,8 @@ class Members {
                            .response_transfer = transfer,
                            .observed_bytes = field.observed_bytes,
                            .e2e = e2e,
-                           .notes = field.notes});
+                           .notes = field.notes,
+                           .place = field.place});
     };
     add_part(rest.has_getter, field.getter, field.getter_transfer, field.getter_e2e);
     add_part(rest.has_setter, field.setter, field.setter_transfer, field.setter_e2e);
@@ -207,7 +304,13 @@ class Members {
     to_.fields.push_back(std::move(rest));
   }
 
+  template <typename Element>
+  [[nodiscard]] Message message_of(const Element& known, const Place& other, const char* part = "") const {
+    return {fmt::format("{}.{}{}", to_.name, known.name, part), known.place, other, contradictions_};
+  }
+
   Service& to_;
+  Contradictions& contradictions_;
   Places events_{};
   Places methods_{};
   Places getters_{};
@@ -217,14 +320,14 @@ class Members {
 
 }  // namespace
 
-void add_service(Service& to, const Service& from) {
+void add_service(Service& to, const Service& from, Contradictions& contradictions) {
   if (!to.has_version && from.has_version) {
     to.has_version = true;
     to.major = from.major;
     to.minor = from.minor;
   }
   fill(to.notes, from.notes);
-  Members{to}.add(from);
+  Members{to, contradictions}.add(from);
 }
 
 }  // namespace trestle::describe

@@ -177,18 +177,34 @@ struct Shift {
     (*this)(type.key);
     (*this)(type.place);
   }
+  void operator()(std::optional<Place>& place) const {
+    if (place) {
+      (*this)(*place);
+    }
+  }
+  void operator()(Transfer& transfer) const {
+    (*this)(transfer.transport_at);
+    (*this)(transfer.segment_bytes_at);
+    (*this)(transfer.retention_at);
+  }
   void operator()(Event& event) const {
     (*this)(event.payload);
+    (*this)(event.transfer);
     (*this)(event.place);
   }
   void operator()(Method& method) const {
     (*this)(method.request);
     (*this)(method.response);
+    (*this)(method.request_transfer);
+    (*this)(method.response_transfer);
     (*this)(method.error);
     (*this)(method.place);
   }
   void operator()(Field& field) const {
     (*this)(field.payload);
+    (*this)(field.getter_transfer);
+    (*this)(field.setter_transfer);
+    (*this)(field.notifier_transfer);
     (*this)(field.place);
   }
   void operator()(Eventgroup& eventgroup) const { (*this)(eventgroup.place); }
@@ -199,7 +215,17 @@ struct Shift {
     each(service.eventgroups);
     (*this)(service.place);
   }
-  void operator()(Instance& instance) const { (*this)(instance.place); }
+  void operator()(Multicast& multicast) const {
+    (*this)(multicast.group_at);
+    (*this)(multicast.threshold_at);
+  }
+  void operator()(Instance& instance) const {
+    each(instance.multicast);
+    (*this)(instance.place);
+    for (auto& [setting, place] : instance.said_at) {
+      (*this)(place);
+    }
+  }
   void operator()(Machine& machine) const { (*this)(machine.place); }
   void operator()(TypeCollection& collection) const { (*this)(collection.place); }
   template <typename Element>

@@ -27,6 +27,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/documents/problem.hpp"
@@ -181,7 +182,16 @@ struct Transfer {
   std::chrono::microseconds separation{0};  ///< between segments
   std::chrono::microseconds debounce{0};    ///< nPDU: the least time between two that are collected
   std::chrono::microseconds retention{0};   ///< nPDU: how long one may wait for others
-  friend bool operator==(const Transfer&, const Transfer&) = default;
+  // Where a source says these. Nothing: none does, and the value is what its language has by default. That
+  // does not count when two are compared.
+  std::optional<Place> transport_at{};
+  std::optional<Place> segment_bytes_at{};
+  std::optional<Place> retention_at{};
+  friend bool operator==(const Transfer& one, const Transfer& other) noexcept {
+    return one.transport == other.transport && one.segment_bytes == other.segment_bytes &&
+           one.separation == other.separation && one.debounce == other.debounce &&
+           one.retention == other.retention;
+  }
 };
 
 /// End-to-end protection by the names and units of docs/configuration.md ("e2e"): profile "4", keys
@@ -305,7 +315,12 @@ struct Multicast {
   someip::EventgroupId eventgroup{};
   Endpoint group{};
   std::uint32_t threshold = 0;  ///< from how many subscribers on; 0: never, 1: always
-  friend bool operator==(const Multicast&, const Multicast&) = default;
+  // Where a source says this, and the threshold; as Transfer::transport_at.
+  std::optional<Place> group_at{};
+  std::optional<Place> threshold_at{};
+  friend bool operator==(const Multicast& one, const Multicast& other) noexcept {
+    return one.eventgroup == other.eventgroup && one.group == other.group && one.threshold == other.threshold;
+  }
 };
 
 /// An instance of a service that somebody offers or wants.
@@ -334,6 +349,9 @@ struct Instance {
   std::string machine{};  ///< name of a Machine; empty: not known
   Notes notes{};
   Place place{};
+  /// Where a source says a setting, by its name in the JSON of a model: "udp_port", "ttl". Of a time that is
+  /// not here nobody said anything: it is the default of a language. Other settings are said at `place`.
+  std::map<std::string_view, Place> said_at{};
 };
 
 /// A host.

@@ -267,8 +267,10 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
         }
         if (std::ranges::find(instance.multicast, seen.eventgroup, &describe::Multicast::eventgroup) ==
             instance.multicast.end()) {
-          instance.multicast.push_back(
-              {.eventgroup = seen.eventgroup, .group = *seen.multicast, .threshold = 1});
+          instance.multicast.push_back({.eventgroup = seen.eventgroup,
+                                        .group = *seen.multicast,
+                                        .threshold = 1,
+                                        .group_at = describe::Place{}});
         }
       }
     }
@@ -310,6 +312,7 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
     if (has_event) {
       describe::Event event{.name = fmt::format("event_{:04x}", someip::value(id)), .id = id};
       event.transfer.transport = member.event.transport;
+      event.transfer.transport_at = event.place;
       event.observed_bytes = member.event.most_bytes;
       event.payload.known = false;
       event.eventgroups = eventgroups_of(service_id, member.event, receivers);
@@ -322,6 +325,7 @@ describe::Reading CaptureModel::reading(const std::string& file) const {
       method.request_transfer.transport = (member.request.there ? member.request : member.response).transport;
       method.response_transfer.transport =
           (member.response.there ? member.response : member.request).transport;
+      method.request_transfer.transport_at = method.response_transfer.transport_at = method.place;
       method.request.known = false;
       method.response.known = false;
       method.observed_bytes = std::max(member.request.most_bytes, member.response.most_bytes);

@@ -205,7 +205,8 @@ class RouteFile {
                                              &describe::Multicast::eventgroup) == instance.multicast.end()) {
       instance.multicast.push_back({.eventgroup = route.eventgroup,
                                     .group = route.multicast->group,
-                                    .threshold = static_cast<std::uint32_t>(route.multicast->threshold)});
+                                    .threshold = static_cast<std::uint32_t>(route.multicast->threshold),
+                                    .group_at = describe::Place{0, route.mark}});
     }
     if (std::ranges::find(service.eventgroups, route.eventgroup, &describe::Eventgroup::id) ==
         service.eventgroups.end()) {
@@ -414,9 +415,16 @@ class RouteFile {
   /// Of the settings only what stands in the file.
   static describe::Transfer transfer(Transport transport, const TpSettings& tp, const YAML::Node& element) {
     describe::Transfer transfer{.transport = transport};
+    const auto place_of = [](const YAML::Node& node) {
+      return describe::Place{0, documents::to_mark(node.Mark())};
+    };
+    if (const YAML::Node said = child(element, "transport"); said.IsDefined()) {
+      transfer.transport_at = place_of(said);
+    }
     const YAML::Node written = child(element, "tp");
-    if (child(written, "segment_bytes").IsDefined()) {
+    if (const YAML::Node bytes = child(written, "segment_bytes"); bytes.IsDefined()) {
       transfer.segment_bytes = static_cast<std::uint32_t>(tp.segment_bytes);
+      transfer.segment_bytes_at = place_of(bytes);
     }
     if (child(written, "separation").IsDefined()) {
       transfer.separation = std::chrono::duration_cast<std::chrono::microseconds>(tp.separation);

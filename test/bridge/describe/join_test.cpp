@@ -1,5 +1,6 @@
 #include "bridge/describe/join.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -315,6 +316,171 @@ TEST(Join, KeepsInstancesOfOneMachineAtTwoAddresses) {
   EXPECT_EQ(model.instances[1].udp_port, 30501);
   EXPECT_EQ(model.instances[1].tcp_port, 30502);
   EXPECT_EQ(model.instances[1].machine, "gateway");
+}
+
+std::vector<std::string> told_of(Model first, Model second) {
+  append(first, std::move(second));
+  std::vector<std::string> texts;
+  for (const documents::Problem& problem : join(first)) {
+    texts.push_back(to_string(problem));
+  }
+  return texts;
+}
+
+/// Each setting of an instance that two files say: with both values, and where they are said.
+TEST(Join, TellsOfSettingsThatContradict) {
+  Model fdepl = named();
+  fdepl.files = {"Door.fidl", "Door.fdepl"};
+  Instance& first = fdepl.instances[0];
+  first.place = {.file = 1, .mark = {9, 3}};
+  first.udp_port = 30509;
+  first.said_at["udp_port"] = {.file = 1, .mark = {11, 5}};
+  first.tcp_port = 30510;
+  first.minor = 1;
+  first.multicast = {{.eventgroup = someip::EventgroupId{5},
+                      .group = {IpAddress::v4(239, 0, 0, 1), 30490},
+                      .threshold = 2,
+                      .group_at = Place{1, {12, 5}},
+                      .threshold_at = Place{1, {13, 5}}}};
+  first.timing = sd::Timing{.ttl_s = 3};
+  first.said_at["ttl"] = {.file = 1, .mark = {14, 5}};
+  Model other = unnamed();
+  Instance& second = other.instances[0];
+  second.place = {.file = 0, .mark = {2, 7}};
+  second.udp_port = 30501;
+  second.said_at["udp_port"] = {.file = 0, .mark = {3, 9}};
+  second.tcp_port = 30510;  // the same
+  second.minor = 2;
+  second.multicast = {{.eventgroup = someip::EventgroupId{5},
+                       .group = {IpAddress::v4(239, 0, 0, 1), 30491},
+                       .threshold = 4,
+                       .group_at = Place{0, {4, 9}},
+                       .threshold_at = Place{0, {5, 9}}}};
+  second.timing = sd::Timing{.initial_delay_max = 500ms, .ttl_s = 5};
+  second.said_at["ttl"] = {.file = 0, .mark = {6, 9}};
+  const auto text = [](const char* at, const std::string& here, const std::string& there) {
+    return fmt::format(
+        "vsomeip.json:{}: error: instance 0x0001 of car.Door has {} here, but {}: make them the same, "
+        "or leave one of the two files out",
+        at, here, there);
+  };
+  EXPECT_THAT(
+      told_of(fdepl, other),
+      ElementsAre(text("3:9", "the UDP port 30501", "30509 at Door.fdepl:11:5"),
+                  text("2:7", "the minor version 2", "1 at Door.fdepl:9:3"),
+                  text("6:9", "the ttl 5", "3 at Door.fdepl:14:5"),
+                  text("4:9", "for eventgroup 0x0005 the multicast port 30491", "30490 at Door.fdepl:12:5"),
+                  text("5:9", "for eventgroup 0x0005 the threshold 4", "2 at Door.fdepl:13:5")));
+}
+
+TEST(Join, TakesWhatOneSaysBeforeTheDefaultOfAnother) {
+  Model first = named();
+  Instance& known = first.instances[0];
+  known.multicast = {{.eventgroup = someip::EventgroupId{5},
+                      .group = {IpAddress::v4(239, 0, 0, 1), 30490},
+                      .threshold = 1,
+                      .group_at = Place{}}};
+  known.timing = sd::Timing{};
+  first.services[0].events[0].transfer.retention = 5ms;
+  Model second = unnamed();
+  Instance& other = second.instances[0];
+  other.multicast = known.multicast;
+  other.multicast[0].group.port = 30501;  // that of the instance
+  other.multicast[0].group_at.reset();
+  other.multicast[0].threshold = 4;
+  other.multicast[0].threshold_at = Place{};
+  other.timing = sd::Timing{.initial_delay_max = 3s, .ttl_s = 5};
+  other.said_at["ttl"] = {};
+  Transfer& transfer = second.services[0].events[0].transfer;
+  transfer = {
+      .transport = Transport::tcp, .retention = 20ms, .transport_at = Place{}, .retention_at = Place{}};
+  append(first, std::move(second));
+  EXPECT_THAT(join(first), IsEmpty());
+  ASSERT_THAT(first.instances, SizeIs(1));
+  const Instance& joined = first.instances[0];
+  EXPECT_EQ(joined.multicast[0].group.port, 30490);
+  EXPECT_EQ(joined.multicast[0].threshold, 4U);
+  EXPECT_EQ(joined.timing->ttl_s, 5U);
+  EXPECT_EQ(joined.timing->initial_delay_max, sd::Timing{}.initial_delay_max);
+  EXPECT_EQ(first.services[0].events[0].transfer.transport, Transport::tcp);
+  EXPECT_EQ(first.services[0].events[0].transfer.retention, 20ms);
+}
+
+TEST(Join, TellsOfMessagesThatAreSaidDifferently) {
+  Model fidl = named();
+  Service& door = fidl.services[0];
+  door.events[0].transfer.transport = Transport::tcp;
+  door.events[0].transfer.transport_at = Place{0, {7, 3}};
+  door.events[0].eventgroups = {someip::EventgroupId{1}};
+  door.methods[0].e2e = protection(1);
+  Model other = unnamed();
+  Service& service = other.services[0];
+  service.events[0].transfer.transport_at = Place{0, {3, 5}};  // UDP
+  service.events[0].eventgroups = {someip::EventgroupId{2}};
+  service.methods[0].e2e = protection(2);
+  EXPECT_THAT(
+      told_of(fidl, other),
+      ElementsAre(HasSubstr("vsomeip.json:3:5: error: Door.moved has the transport UDP here, but TCP at "
+                            "Door.fidl:7:3: make them the same"),
+                  HasSubstr("Door.moved has the eventgroup 0x0002 here, but 0x0001 at Door.fidl"),
+                  HasSubstr("Door.open has for E2E the data_id 2 here, but 1 at Door.fidl")));
+  // An event may be in several.
+  service.events[0].transfer.transport_at.reset();
+  service.events[0].eventgroups = {someip::EventgroupId{2}, someip::EventgroupId{1}};
+  service.methods[0].e2e = {};
+  append(fidl, other);
+  EXPECT_THAT(join(fidl), IsEmpty());
+  EXPECT_THAT(fidl.services[0].events[0].eventgroups,
+              ElementsAre(someip::EventgroupId{1}, someip::EventgroupId{2}));
+  EXPECT_EQ(fidl.services[0].events[0].transfer.transport, Transport::tcp);
+}
+
+TEST(Join, TellsOfTwoAddressesThatNoHostsExplain) {
+  Model model = named();
+  model.instances[0].address = IpAddress::v4(10, 0, 0, 1);
+  Model other = unnamed();
+  other.instances[0].address = IpAddress::v4(10, 0, 0, 2);
+  EXPECT_THAT(
+      told_of(model, other),
+      ElementsAre(HasSubstr("vsomeip.json: error: instance 0x0001 of car.Door has the address 10.0.0.2 "
+                            "here, but 10.0.0.1 at Door.fidl: make them the same")));
+  other.instances[0].machine = "car";
+  EXPECT_THAT(told_of(model, other), SizeIs(1));
+  // Of two hosts, of two versions, or where one of the files has both addresses.
+  model.instances[0].machine = "gateway";
+  EXPECT_THAT(told_of(model, other), IsEmpty());
+  model.instances[0].machine.clear();
+  Model versions = other;
+  versions.instances[0].major = 2;
+  EXPECT_THAT(told_of(model, versions), IsEmpty());
+  other.instances.push_back(other.instances[0]);
+  other.instances[1].address = IpAddress::v4(10, 0, 0, 1);
+  EXPECT_THAT(told_of(model, other), IsEmpty());
+}
+
+/// vsomeip JSON has no name for its host.
+TEST(Join, TakesTheHostOfOneAddressForTheSame) {
+  Model model = named();
+  const IpAddress address = IpAddress::v4(10, 0, 0, 1);
+  model.machines = {{.name = "ecu", .address = address, .place = {0, {20, 1}}}};
+  model.instances[0].machine = "ecu";
+  model.instances[0].address = address;
+  model.instances[0].udp_port = 30501;
+  Model other = unnamed();
+  other.machines = {{.name = "vsomeip", .address = address, .sd_port = 30490}};
+  other.instances[0].machine = "vsomeip";
+  other.instances[0].address = address;
+  other.instances[0].tcp_port = 30502;
+  Model both = model;
+  append(both, other);
+  EXPECT_THAT(join(both), IsEmpty());
+  ASSERT_THAT(both.machines, SizeIs(1));
+  EXPECT_EQ(both.machines[0].sd_port, 30490);
+  ASSERT_THAT(both.instances, SizeIs(1));
+  EXPECT_EQ(both.instances[0].tcp_port, 30502);
+  other.instances[0].udp_port = 30509;
+  EXPECT_THAT(told_of(model, other),
+              ElementsAre(HasSubstr("the UDP port 30509 here, but 30501 at Door.fidl")));
 }
 
 TEST(Join, KeepsTheMajorVersionsOfAnInstanceApart) {

@@ -318,6 +318,127 @@ TEST(ReadVsomeip, JoinsTheFilesOfAFolder) {
   EXPECT_EQ(reading.model.instances[1].place.file, 2);
 }
 
+/// What vsomeip leaves out has to say the same.
+TEST(ReadVsomeip, TellsOfInstancesThatAreDescribedTwice) {
+  const auto both = [](const std::string& more) {
+    return read_one(R"({"services": [
+{"service": 1, "instance": 1, "unreliable": 30501, "events": [{"event": "0x8001", "is_reliable": false}],
+ "eventgroups": [{"eventgroup": 1, "events": ["0x8001"], "multicast": {"address": "239.0.0.1", "port": 30490}}]},
+{"service": 1, "instance": 1)" +
+                    more + "}]}");
+  };
+  const auto text = [](const char* at, const char* what) {
+    return std::string{"config/car.json:"} + at + ": error: " + what +
+           ": make them the same, or take one of them out";
+  };
+  EXPECT_THAT(told(both(R"(, "unreliable": 30502,
+"eventgroups": [{"eventgroup": 1, "multicast": {"address": "239.0.0.2", "port": 30490}}],
+"events": [{"event": "0x8001", "is_reliable": true}])")),
+              ElementsAre(text("4:45",
+                               "instance 0x0001 of service_0001 has the UDP port 30502 here, but 30501 at "
+                               "config/car.json:2:45"),
+                          text("5:48",
+                               "instance 0x0001 of service_0001 has for eventgroup 0x0001 the multicast "
+                               "address 239.0.0.2 here, but 239.0.0.1 at config/car.json:3:71"),
+                          text("6:47",
+                               "event 0x8001 has is_reliable true here, but false at "
+                               "config/car.json:2:98")));
+  const Reading same = both(R"(, "unreliable": "0x7725", "events": [{"event": 32769}])");
+  EXPECT_TRUE(same.ok());
+  EXPECT_THAT(told(same),
+              ElementsAre(HasSubstr("a second description of instance 0x0001 of service 0x0001 is left "
+                                    "out, as vsomeip does")));
+}
+
+TEST(ReadVsomeip, TellsOfEventsThatAreThereTwice) {
+  const auto events = [](const std::string& list) {
+    return read_one(R"({"services": [{"service": 1, "instance": 1, "events": [)" + list + "]}]}");
+  };
+  EXPECT_THAT(
+      told(events(R"({"event": "0x8001", "is_field": false, "cycle": 100},
+{"event": "32769", "is_field": true, "cycle": 200})")),
+      ElementsAre("config/car.json:2:32: error: event 0x8001 has is_field true here, but false at "
+                  "config/car.json:1:88: make them the same, or take one of them out",
+                  HasSubstr("config/car.json:2:47: error: event 0x8001 has the cycle 200 ms here, but "
+                            "100 ms at config/car.json:1:")));
+  // What one of them says holds.
+  const Reading reading =
+      events(R"({"event": "0x8001"}, {"event": "0x8001", "is_field": true, "is_reliable": true},
+{"event": "0x8001", "cycle": 100})");
+  EXPECT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.services.at(0).fields, SizeIs(1));
+  const Field& field = reading.model.services[0].fields[0];
+  EXPECT_EQ(field.notifier_transfer.transport, Transport::tcp);
+  EXPECT_EQ(field.cycle, 100ms);
+  EXPECT_THAT(reading.model.services[0].events, IsEmpty());
+}
+
+/// vsomeip lets them have so. A model has one event of the service.
+TEST(ReadVsomeip, WarnsOfEventsThatInstancesHaveDifferently) {
+  const Reading reading = read_one(R"({"services": [
+{"service": 1, "instance": 1, "reliable": 30501, "events": [{"event": "0x8001", "is_reliable": true}]},
+{"service": 1, "instance": 2, "unreliable": 30502, "events": [{"event": "0x8001", "is_reliable": false}]},
+{"service": 1, "instance": 3, "unreliable": 30503, "events": [{"event": "0x8001"}]}]})");
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre("config/car.json:3:98: warning: event 0x8001 has is_reliable false here, but true at "
+                  "config/car.json:2:96, of another instance: an interface has one for all, and the first "
+                  "is taken"));
+  EXPECT_EQ(reading.model.services.at(0).events.at(0).transfer.transport, Transport::tcp);
+}
+
+TEST(ReadVsomeip, TellsOfSettingsThatTwoFilesSayDifferently) {
+  const std::vector<SourceText> one_host{
+      {"net.json", R"({"unicast": "10.0.0.1", "service-discovery": {"ttl": 3, "cyclic_offer_delay": 1000}})"},
+      {"a.json", R"({"service-discovery": {"ttl": "5", "cyclic_offer_delay": "1000"}})"}};
+  EXPECT_THAT(
+      told(read_vsomeip(one_host)),
+      ElementsAre("a.json:1:31: error: the host has the ttl 5 here, but 3 at net.json:1:54: make them the "
+                  "same, or leave one of the two files out"));
+}
+
+/// A file with another address is of another host.
+TEST(ReadVsomeip, KeepsHostsApart) {
+  const std::vector<SourceText> sources{
+      {"first.json", R"({"unicast": "10.0.0.1", "service-discovery": {"ttl": 3},
+"services": [{"service": 1, "instance": 1, "unreliable": 30501}]})"},
+      {"second.json", R"({"unicast": "10.0.0.2", "service-discovery": {"ttl": 5},
+"services": [{"service": 1, "instance": 2, "unreliable": 30501},
+             {"service": 1, "instance": 3, "unicast": "10.0.0.1", "unreliable": 30503}]})"},
+      {"more.json", R"({"services": [{"service": 2, "instance": 1, "unreliable": 30502}]})"}};
+  const Reading reading = read_vsomeip(sources);
+  EXPECT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.machines, SizeIs(2));
+  EXPECT_EQ(reading.model.machines[1].name, "second");
+  ASSERT_THAT(reading.model.instances, SizeIs(4));
+  EXPECT_EQ(reading.model.instances[1].address, IpAddress::v4(10, 0, 0, 2));
+  EXPECT_EQ(reading.model.instances[1].machine, "second");
+  EXPECT_EQ(reading.model.instances[1].timing->ttl_s, 5U);
+  EXPECT_EQ(reading.model.instances[2].role, Instance::Role::required);
+  EXPECT_EQ(reading.model.instances[3].machine, "first");
+  EXPECT_EQ(reading.model.instances[3].timing->ttl_s, 3U);
+  // One instance is at one host.
+  std::vector<SourceText> same = sources;
+  same[1].text =
+      R"({"unicast": "10.0.0.2", "services": [{"service": 1, "instance": 1, "unreliable": 30501}]})";
+  EXPECT_THAT(
+      told(read_vsomeip(same)),
+      ElementsAre(HasSubstr("second.json:1:13: error: instance 0x0001 of service_0001 has the address "
+                            "10.0.0.2 here, but 10.0.0.1 at first.json:1:13")));
+}
+
+TEST(ReadVsomeip, KnowsConfigurationsByTheirKeys) {
+  for (const char* text :
+       {"{\"services\": []}", "// by hand\n{\"unicast\": \"10.0.0.1\"", "{}", "{ services: [",
+        "\xef\xbb\xbf{\"a\": {\"services\": 1}, /* { */ \"applications\" : []}"}) {
+    EXPECT_TRUE(is_vsomeip(text)) << text;
+  }
+  for (const char* text : {"", "[{\"services\": []}]", "{\"name\": \"services\", \"a\": {\"services\": []}}",
+                           "{\"\\\"services\": 1}", "word"}) {
+    EXPECT_FALSE(is_vsomeip(text)) << text;
+  }
+}
+
 /// As the two sides of one system have it: each event once, though nothing but E2E tells of it.
 TEST(ReadVsomeip, JoinsEventsOfWhichThereIsE2eAlone) {
   const auto side = [](const char* variant) {

@@ -295,6 +295,9 @@ std::optional<someip::MethodId> Adaptive::event_id(const Node* id, std::size_t& 
 
 void Adaptive::read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer) {
   const std::string_view protocol = deployment.child_text("TRANSPORT-PROTOCOL"_tag);
+  if (!protocol.empty()) {
+    transfer.transport_at = deployment.child("TRANSPORT-PROTOCOL"_tag)->place();
+  }
   if (protocol == "TCP") {
     transfer.transport = Transport::tcp;
   } else if (!protocol.empty() && protocol != "UDP") {
@@ -311,6 +314,7 @@ void Adaptive::read_transfer(const Node& deployment, Tag segment, Tag separation
                           ", and at least 28 was expected: 12 bytes of headers and 16 of payload");
     } else {
       transfer.segment_bytes = (*bytes - headers) / 16 * 16;
+      transfer.segment_bytes_at = length->place();
       if (transfer.segment_bytes + headers != *bytes) {
         problems_.warning(length->place(), std::string{to_string(segment)} + " is " + std::to_string(*bytes) +
                                                ", and 12 and a multiple of 16 was expected; segments have " +

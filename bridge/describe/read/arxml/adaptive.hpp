@@ -77,7 +77,13 @@ class Adaptive {
                                                      std::uint32_t most, Problems& problems);
 /// Timing of service discovery: of the Adaptive configurations, which are elements of their own, and of
 /// Classic's, which stand in the instance. `node` may be nothing.
-[[nodiscard]] std::optional<sd::Timing> timing_of(const Node* node, Problems& problems);
+[[nodiscard]] std::optional<sd::Timing> timing_of(const Node* node, Problems& problems,
+                                                  std::map<std::string_view, Place>& said_at);
+/// Where a number is said, if it is.
+template <typename Number>
+[[nodiscard]] std::optional<Place> said_at(const std::optional<Number>& number, const Node& node) {
+  return number ? std::optional{node.place()} : std::nullopt;
+}
 /// What a client asks of versions beyond a number, as far as Find can say it.
 void read_version_rules(const Node& node, Instance& instance, Problems& problems);
 /// The lifetime of subscriptions to an eventgroup that was added to `instance`.

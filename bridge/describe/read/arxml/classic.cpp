@@ -138,7 +138,10 @@ void Classic::merge(Instance instance) {
   Instance& other = model_.instances[there->second];
   other.udp_port = other.udp_port ? other.udp_port : instance.udp_port;
   other.tcp_port = other.tcp_port ? other.tcp_port : instance.tcp_port;
-  other.timing = other.timing ? other.timing : instance.timing;
+  if (!other.timing) {
+    other.timing = instance.timing;
+    other.said_at.insert(instance.said_at.begin(), instance.said_at.end());
+  }
   for (const someip::EventgroupId group : instance.eventgroups) {
     add_once(other.eventgroups, group);
   }
@@ -208,7 +211,7 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
                   tree_.follow(&conditional, "SOMEIP-SD-CLIENT-SERVICE-INSTANCE-CONFIG-REF"_tag);
               config = named == nullptr ? config : named;
             });
-    instance.timing = timing_of(config, problems_);
+    instance.timing = timing_of(config, problems_, instance.said_at);
     if (major == nullptr && offered != nullptr) {
       major = offered->child("MAJOR-VERSION"_tag);
     }
@@ -274,7 +277,9 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
           const auto threshold = number_in(handler.child("MULTICAST-THRESHOLD"_tag), 0, 0xffff, problems_);
           add_once(instance.multicast, Multicast{.eventgroup = *group,
                                                  .group = {*to.address, to.udp.value_or(0)},
-                                                 .threshold = threshold.value_or(2)});
+                                                 .threshold = threshold.value_or(2),
+                                                 .group_at = handler.place(),
+                                                 .threshold_at = said_at(threshold, handler)});
         }
       };
       sent_to(tree_.follow(&handler, "APPLICATION-ENDPOINT-REF"_tag));
@@ -376,6 +381,7 @@ void Classic::read_segmentation() {
         number_in(segment == nullptr ? nullptr : segment->child("LENGTH"_tag), 0, 0xffff'ffff, problems_);
     if (length && *length >= 12 + 16) {
       transfer.segment_bytes = (*length - 12) / 16 * 16;
+      transfer.segment_bytes_at = segment->place();
     }
     for (const Node* const pdu : {whole, segment}) {
       if (pdu != nullptr) {
@@ -764,10 +770,15 @@ Protection Classic::protection(const Node* signal) {
 
 void Classic::add_transfer(const Message& message, Transfer& transfer) const {
   transfer.transport = message.transport.value_or(Transport::udp);
+  if (message.transport) {
+    transfer.transport_at = message.identifier->place();
+  }
   transfer.retention = message.retention;
+  transfer.retention_at = message.identifier->place();
   const auto found = transfers_.find(message.pdu);
   if (found != transfers_.end()) {
     transfer.segment_bytes = found->second.segment_bytes;
+    transfer.segment_bytes_at = found->second.segment_bytes_at;
     transfer.separation = found->second.separation;
   }
 }

@@ -10,12 +10,13 @@
 
 namespace trestle::describe::arxml {
 
-std::optional<sd::Timing> timing_of(const Node* node, Problems& problems) {
+std::optional<sd::Timing> timing_of(const Node* node, Problems& problems,
+                                    std::map<std::string_view, Place>& said_at) {
   if (node == nullptr) {
     return std::nullopt;
   }
   sd::Timing timing;
-  const auto time = [&](const Node* in, Tag tag, Duration& into) {
+  const auto time = [&](const Node* in, Tag tag, std::string_view setting, Duration& into) {
     const Node* const found = in == nullptr ? nullptr : in->child(tag);
     if (found == nullptr) {
       return;
@@ -31,24 +32,29 @@ std::optional<sd::Timing> timing_of(const Node* node, Problems& problems) {
                                            " seconds; were milliseconds meant?");
     }
     into = *value;
+    said_at[setting] = found->place();
   };
   const Node* initial = node->child("INITIAL-OFFER-BEHAVIOR"_tag);
   initial = initial == nullptr ? node->child("INITIAL-FIND-BEHAVIOR"_tag) : initial;
-  time(initial, "INITIAL-DELAY-MIN-VALUE"_tag, timing.initial_delay_min);
-  time(initial, "INITIAL-DELAY-MAX-VALUE"_tag, timing.initial_delay_max);
-  time(initial, "INITIAL-REPETITIONS-BASE-DELAY"_tag, timing.repetitions_base_delay);
+  time(initial, "INITIAL-DELAY-MIN-VALUE"_tag, "initial_delay_min", timing.initial_delay_min);
+  time(initial, "INITIAL-DELAY-MAX-VALUE"_tag, "initial_delay_max", timing.initial_delay_max);
+  time(initial, "INITIAL-REPETITIONS-BASE-DELAY"_tag, "repetitions_base_delay",
+       timing.repetitions_base_delay);
   if (initial != nullptr) {
-    if (const auto count = number_in(initial->child("INITIAL-REPETITIONS-MAX"_tag), 0, 0xff, problems)) {
+    const Node* const repetitions = initial->child("INITIAL-REPETITIONS-MAX"_tag);
+    if (const auto count = number_in(repetitions, 0, 0xff, problems)) {
       timing.repetitions_max = static_cast<std::uint8_t>(*count);
+      said_at["repetitions_max"] = repetitions->place();
     }
   }
-  time(node, "OFFER-CYCLIC-DELAY"_tag, timing.cyclic_offer_delay);
+  time(node, "OFFER-CYCLIC-DELAY"_tag, "cyclic_offer_delay", timing.cyclic_offer_delay);
   const Node* const answer = node->child("REQUEST-RESPONSE-DELAY"_tag);
-  time(answer, "MIN-VALUE"_tag, timing.request_response_delay_min);
-  time(answer, "MAX-VALUE"_tag, timing.request_response_delay_max);
+  time(answer, "MIN-VALUE"_tag, "request_response_delay_min", timing.request_response_delay_min);
+  time(answer, "MAX-VALUE"_tag, "request_response_delay_max", timing.request_response_delay_max);
   for (const Tag tag : {"SERVICE-OFFER-TIME-TO-LIVE"_tag, "SERVICE-FIND-TIME-TO-LIVE"_tag, "TTL"_tag}) {
     if (const auto ttl = number_in(node->child(tag), 0, 0xffff'ffff, problems)) {
       timing.ttl_s = std::min<std::uint32_t>(*ttl, 0xff'ffff);  // forever
+      said_at["ttl"] = node->child(tag)->place();
     }
   }
   return timing;
@@ -98,6 +104,7 @@ void read_subscription(const Tree& tree, const Node& group, Instance& instance, 
     return;
   }
   instance.timing->ttl_s = seconds;
+  instance.said_at["ttl"] = ttl->place();
 }
 
 std::optional<IpAddress> address_of(const Node* endpoint, Problems& problems) {
@@ -254,7 +261,7 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
   const Tag config_inside = provided ? "SD-SERVER-CONFIG"_tag : "SD-CLIENT-CONFIG"_tag;
   const Node* config = tree_.follow(&node, config_reference);
   config = config == nullptr ? node.child(config_inside) : config;
-  instance.timing = timing_of(config, problems_);
+  instance.timing = timing_of(config, problems_, instance.said_at);
   const auto small = [&](Tag tag) -> std::optional<std::uint16_t> {
     const auto value = number_in(node.child(tag), 0, 0xffff, problems_);
     return value ? std::optional{static_cast<std::uint16_t>(*value)} : std::nullopt;
@@ -284,7 +291,10 @@ void Adaptive::read_instance(const Node& node, Instance::Role role) {
       return;
     }
     // Without a threshold the group would never be used: then a second subscriber is enough.
-    Multicast multicast{.eventgroup = *group_number, .threshold = threshold.value_or(2)};
+    Multicast multicast{.eventgroup = *group_number,
+                        .threshold = threshold.value_or(2),
+                        .group_at = group.place(),
+                        .threshold_at = said_at(threshold, group)};
     if (text == nullptr) {
       groups_without_address_[&node].push_back(multicast);
     } else if (const auto to = multicast_group(text, group); to) {
@@ -356,12 +366,16 @@ void Adaptive::read_collection(const Node& node, const Instance& instance) {
     const auto found = std::ranges::find_if(list, [&](const auto& one) { return one.name == name; });
     return found == list.end() ? nullptr : &*found;
   };
+  const auto set_retention = [](Transfer& transfer, const Node& part, std::chrono::microseconds time) {
+    transfer.retention = time;
+    transfer.retention_at = part.place();
+  };
   const auto of_field = [&](const Node& part, std::string_view name, std::chrono::microseconds time) {
     if (Field* const field = element(service->fields, name); field != nullptr) {
-      (part.tag == "GET"_tag   ? field->getter_transfer
-       : part.tag == "SET"_tag ? field->setter_transfer
-                               : field->notifier_transfer)
-          .retention = time;
+      set_retention(part.tag == "GET"_tag   ? field->getter_transfer
+                    : part.tag == "SET"_tag ? field->setter_transfer
+                                            : field->notifier_transfer,
+                    part, time);
     }
   };
   each_in(&node, "EVENT-PROPSS"_tag, "SOMEIP-EVENT-PROPS"_tag, [&](const Node& properties) {
@@ -370,7 +384,7 @@ void Adaptive::read_collection(const Node& node, const Instance& instance) {
            if (deployment.tag == "NOTIFIER"_tag) {
              of_field(deployment, name, time);
            } else if (Event* const event = element(service->events, name); event != nullptr) {
-             event->transfer.retention = time;
+             set_retention(event->transfer, deployment, time);
            }
          });
   });
@@ -381,8 +395,9 @@ void Adaptive::read_collection(const Node& node, const Instance& instance) {
              if (deployment.tag == "GET"_tag || deployment.tag == "SET"_tag) {
                of_field(deployment, name, time);
              } else if (Method* const method = element(service->methods, name); method != nullptr) {
-               (list == "METHOD-REQUEST-PROPSS"_tag ? method->request_transfer : method->response_transfer)
-                   .retention = time;
+               set_retention(
+                   list == "METHOD-REQUEST-PROPSS"_tag ? method->request_transfer : method->response_transfer,
+                   deployment, time);
              }
            });
     });

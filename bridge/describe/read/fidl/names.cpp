@@ -34,25 +34,29 @@ bool same_values(const Setting& a, const Setting& b) {
 }
 
 /// Says once what two elements say of one thing.
-void resolve(std::vector<Setting>& settings, Problems& findings) {
+/// @param files  their names.
+void resolve(std::vector<Setting>& settings, const std::vector<std::string>& files, Problems& findings) {
   std::ranges::stable_sort(settings, {}, [](const Setting& setting) { return setting.key.text; });
   const auto same = [&](const Setting& first, const Setting& second) {
     if (first.key.text != second.key.text) {
       return false;
     }
     if (!same_values(first, second)) {
-      findings.error(second.key.place,
-                     fmt::format("{} = {} contradicts {} = {} in line {}", second.key.text, written(second),
-                                 first.key.text, written(first), first.key.place.mark.line));
+      const Place& at = first.key.place;
+      const std::string where = at.file == second.key.place.file ? fmt::format("in line {}", at.mark.line)
+                                                                 : fmt::format("at {}:{}:{}", files[at.file],
+                                                                               at.mark.line, at.mark.column);
+      findings.error(second.key.place, fmt::format("{} = {} contradicts {} = {} {}", second.key.text,
+                                                   written(second), first.key.text, written(first), where));
     }
     return true;
   };
   settings.erase(std::unique(settings.begin(), settings.end(), same), settings.end());
 }
 
-void resolve(Node& node, int version, Problems& findings) {
+void resolve(Node& node, int version, const std::vector<std::string>& files, Problems& findings) {
   node.version = version;
-  resolve(node.settings, findings);
+  resolve(node.settings, files, findings);
   for (Node& child : node.children) {
     // "a.b.Types.Mode" is Mode.
     std::string& name = child.target.text;
@@ -72,7 +76,7 @@ void resolve(Node& node, int version, Problems& findings) {
   }
   node.children = std::move(once);
   for (Node& child : node.children) {
-    resolve(child, version, findings);
+    resolve(child, version, files, findings);
   }
 }
 
@@ -217,13 +221,13 @@ void Names::deploy() {
         version_ = source.version == 0 ? 2 : source.version;
       }
       Node copy = node;
-      resolve(copy, source.version == 0 ? 2 : source.version, findings_);
+      resolve(copy, source.version == 0 ? 2 : source.version, sources_.names, findings_);
       check_keys(copy, declared, findings_);
       deploy(copy, source.tree);
     }
   }
   for (auto& [name, node] : deployed_) {
-    resolve(node, node.version, findings_);
+    resolve(node, node.version, sources_.names, findings_);
   }
 }
 

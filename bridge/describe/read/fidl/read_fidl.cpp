@@ -61,11 +61,11 @@ Reading read_fidl(std::span<const SourceText> files, const Load& load, const Fid
     return reading;
   }
   fidl::Names names{sources, findings};
+  reading.model.files = sources.names;
   fidl::Types types{reading.model, names, findings};
   types.make_all();
   add_collections(reading.model, names, findings);
   fidl::make_services(reading.model, names, types, findings);
-  reading.model.files = sources.names;
   reading.problems = findings.take(sources.names);
   return reading;
 }

@@ -6,6 +6,8 @@
 #include <limits>
 #include <set>
 
+#include "bridge/describe/contradictions.hpp"
+#include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/read/fidl/keys.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/problems.hpp"
@@ -64,7 +66,14 @@ class Maker {
     const Setting* setting = node == nullptr ? nullptr : node->setting(key);
     return setting == nullptr ? std::nullopt : number_of(*setting, min, most_number, findings_);
   }
-  Transfer transfer(const Node* node, bool reliable, const std::string& segment,
+  /// Whether a member goes over TCP, and where that is said; nothing: nobody says.
+  struct Reliable {
+    bool is = false;
+    std::optional<Place> at{};
+  };
+  /// @param keys  of which one that is true is enough.
+  Reliable reliable(const Node* node, std::initializer_list<const char*> keys);
+  Transfer transfer(const Node* node, const Reliable& reliable, const std::string& segment,
                     const std::string& separation, const std::string& debounce, const std::string& retention,
                     std::int64_t retention_ms);
   static void keep(Notes& notes, const Node* node, std::initializer_list<const char*> keys);
@@ -94,13 +103,31 @@ std::vector<someip::EventgroupId> Maker::eventgroups(const Node* node,
   return groups;
 }
 
+Maker::Reliable Maker::reliable(const Node* node, std::initializer_list<const char*> keys) {
+  Reliable found;
+  for (const char* key : keys) {
+    const Setting* setting = node == nullptr ? nullptr : node->setting(key);
+    if (setting != nullptr && !found.is) {
+      found = {is_true(node, key), setting->key.place};
+    }
+  }
+  return found;
+}
+
 /// @param retention_ms  of version 2 when nothing is said; there is none in version 1, and without a
 /// deployment
-Transfer Maker::transfer(const Node* node, bool reliable, const std::string& segment,
+Transfer Maker::transfer(const Node* node, const Reliable& reliable, const std::string& segment,
                          const std::string& separation, const std::string& debounce,
                          const std::string& retention, std::int64_t retention_ms) {
   Transfer transfer;
-  transfer.transport = reliable ? Transport::tcp : Transport::udp;
+  transfer.transport = reliable.is ? Transport::tcp : Transport::udp;
+  transfer.transport_at = reliable.at;
+  const auto said_at = [&](const std::string& key) {
+    const Setting* setting = node == nullptr || key.empty() ? nullptr : node->setting(key);
+    return setting == nullptr ? std::nullopt : std::optional{setting->key.place};
+  };
+  transfer.segment_bytes_at = said_at(segment);
+  transfer.retention_at = said_at(retention);
   const auto time = [&](const std::string& key, std::int64_t otherwise) {
     return std::chrono::milliseconds{key.empty() ? otherwise : number(node, key).value_or(otherwise)};
   };
@@ -312,14 +339,16 @@ Field Maker::field(const AttributeTree& tree, const Collection& from, Deployment
   field.setter = part("SomeIpSetterID", field.has_setter);
   field.notifier = part("SomeIpNotifierID", field.has_notifier);
   field.eventgroups = eventgroups(node, {"SomeIpNotifierEventGroups", "SomeIpEventGroups"});
-  const bool reliable = is_true(node, "SomeIpAttributeReliable");
-  field.getter_transfer = transfer(node, reliable || is_true(node, "SomeIpGetterReliable"),
+  const auto reliable_part = [&](const char* key) {
+    return reliable(node, {"SomeIpAttributeReliable", key});
+  };
+  field.getter_transfer = transfer(node, reliable_part("SomeIpGetterReliable"),
                                    "SomeIpGetterSegmentLengthResponse", "SomeIpGetterSeparationTimeResponse",
                                    "SomeIpGetterRequestDebounceTime", "SomeIpGetterMaxRetentionTime", 5);
-  field.setter_transfer = transfer(node, reliable || is_true(node, "SomeIpSetterReliable"),
-                                   "SomeIpSetterSegmentLength", "SomeIpSetterSeparationTime",
-                                   "SomeIpSetterRequestDebounceTime", "SomeIpSetterMaxRetentionTime", 5);
-  field.notifier_transfer = transfer(node, reliable || is_true(node, "SomeIpNotifierReliable"),
+  field.setter_transfer = transfer(node, reliable_part("SomeIpSetterReliable"), "SomeIpSetterSegmentLength",
+                                   "SomeIpSetterSeparationTime", "SomeIpSetterRequestDebounceTime",
+                                   "SomeIpSetterMaxRetentionTime", 5);
+  field.notifier_transfer = transfer(node, reliable_part("SomeIpNotifierReliable"),
                                      "SomeIpNotifierSegmentLength", "SomeIpNotifierSeparationTime",
                                      "SomeIpNotifierDebounceTime", "SomeIpNotifierMaxRetentionTime", 5);
   keep(field.notes, node,
@@ -373,12 +402,12 @@ Method Maker::method(const MethodTree& tree, const Collection& from, Deployment 
         fmt::format("{} is called without waiting (fireAndForget), so it has no 'out' and no 'error'",
                     documents::quote(tree.name.text)));
   }
-  const bool reliable = is_true(node, "SomeIpReliable");
+  const Reliable is_reliable = reliable(node, {"SomeIpReliable"});
   method.request_transfer =
-      transfer(node, reliable, "SomeIpMethodSegmentLength", "SomeIpMethodSeparationTime",
+      transfer(node, is_reliable, "SomeIpMethodSegmentLength", "SomeIpMethodSeparationTime",
                "SomeIpMethodRequestDebounceTime", "SomeIpMethodMaxRetentionTime", 5);
   method.response_transfer =
-      transfer(node, reliable, "SomeIpMethodSegmentLengthResponse", "SomeIpMethodSeparationTimeResponse",
+      transfer(node, is_reliable, "SomeIpMethodSegmentLengthResponse", "SomeIpMethodSeparationTimeResponse",
                "SomeIpMethodResponseDebounceTime", "SomeIpMethodResponseMaxRetentionTime", 0);
   for (const char* key : {"MethodTimeout", "Timeout"}) {
     if (const auto timeout = number(node, key, -1); timeout && *timeout > 0) {
@@ -404,7 +433,7 @@ Event Maker::event(const BroadcastTree& tree, const Collection& from, Deployment
           deployment.version);
   rules(event.payload, node, "Broadcast");
   event.eventgroups = eventgroups(node, {"SomeIpEventGroups"});
-  event.transfer = transfer(node, is_true(node, "SomeIpReliable"), "SomeIpBroadcastSegmentLength",
+  event.transfer = transfer(node, reliable(node, {"SomeIpReliable"}), "SomeIpBroadcastSegmentLength",
                             "SomeIpBroadcastSeparationTime", "SomeIpBroadcastDebounceTime",
                             "SomeIpBroadcastMaxRetentionTime", 5);
   keep(event.notes, node, {"BroadcastType", "ErrorName", "SomeIpPriority", "SomeIpMulticast"});
@@ -434,9 +463,17 @@ void Maker::instance(const Node& node) {
     const auto texts = setting == nullptr ? std::vector<std::string>{} : texts_of(*setting, findings_);
     return texts.empty() ? std::string{} : texts.front();
   };
+  const auto said = [&](std::string_view setting, std::string_view key) {
+    if (const Setting* const found = node.setting(key)) {
+      instance.said_at[setting] = found->key.place;
+    }
+  };
   instance.name = text("InstanceId");
+  said("name", "InstanceId");
+  said("id", "SomeIpInstanceID");
   const documents::Format<IpAddress> format = documents::ip_address();
   if (const std::string address = text("SomeIpUnicastAddress"); !address.empty() && address != "0.0.0.0") {
+    said("address", "SomeIpUnicastAddress");
     instance.address = format.read(address);
     if (!instance.address) {
       findings_.error(
@@ -451,6 +488,11 @@ void Maker::instance(const Node& node) {
   };
   instance.tcp_port = port("SomeIpReliableUnicastPort");
   instance.udp_port = port("SomeIpUnreliableUnicastPort");
+  for (const std::string_view setting : {"tcp_port", "udp_port"}) {
+    said(setting, "SomeIpUnicastPort");
+  }
+  said("tcp_port", "SomeIpReliableUnicastPort");
+  said("udp_port", "SomeIpUnreliableUnicastPort");
   if (const auto both = port("SomeIpUnicastPort")) {
     instance.tcp_port = node.setting("SomeIpReliableUnicastPort") == nullptr ? both : instance.tcp_port;
     instance.udp_port = node.setting("SomeIpUnreliableUnicastPort") == nullptr ? both : instance.udp_port;
@@ -478,6 +520,9 @@ void Maker::instance(const Node& node) {
                     "together, and have {}, {}, {} and {} values",
                     groups.size(), address_texts.size(), ports.size(), thresholds.size()));
   } else {
+    const Setting* const threshold_key = node.setting("SomeIpMulticastThreshold");
+    const auto said_threshold =
+        threshold_key == nullptr ? std::nullopt : std::optional{threshold_key->key.place};
     for (std::size_t i = 0; i < groups.size(); ++i) {
       const auto address = documents::multicast_address().read(address_texts[i]);
       if (!address) {
@@ -490,7 +535,9 @@ void Maker::instance(const Node& node) {
       const std::int64_t threshold = thresholds.empty() ? (node.version == 1 ? 1 : 0) : thresholds[i];
       instance.multicast.push_back({someip::EventgroupId{static_cast<std::uint16_t>(groups[i])},
                                     {*address, static_cast<std::uint16_t>(ports[i])},
-                                    static_cast<std::uint32_t>(threshold)});
+                                    static_cast<std::uint32_t>(threshold),
+                                    addresses->key.place,
+                                    said_threshold});
     }
   }
   keep(instance.notes, &node,
@@ -500,14 +547,30 @@ void Maker::instance(const Node& node) {
     return one.service == instance.service && one.name == instance.name && !one.name.empty() &&
            !(one.id && instance.id);
   });
+  Contradictions contradictions{
+      model_, [this](const Place& place, std::string found) { findings_.error(place, std::move(found)); }};
   if (same == model_.instances.end()) {
+    if (const auto other = std::ranges::find_if(model_.instances,
+                                                [&](const Instance& one) {
+                                                  return one.service == instance.service &&
+                                                         one.name == instance.name;
+                                                });
+        other != model_.instances.end() && !instance.name.empty()) {
+      const auto id_of = [](const Instance& one) {
+        return SaidValue{fmt::format("0x{:04x}", someip::value(*one.id)),
+                         one.said_at.contains("id") ? one.said_at.at("id") : one.place};
+      };
+      contradictions.compare(
+          fmt::format("instance {} of {}", documents::quote(instance.name), instance.service),
+          "the SomeIpInstanceID", id_of(*other), id_of(instance));
+    }
     model_.instances.push_back(std::move(instance));
     return;
   }
   if (!same->id) {
     std::swap(*same, instance);
   }
-  same->notes.others.merge(instance.notes.others);
+  add_instance(*same, instance, contradictions);
 }
 
 /// Franca takes members of one name that differ in their arguments alone. Here each needs a name of its own,

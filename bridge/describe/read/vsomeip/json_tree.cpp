@@ -266,6 +266,47 @@ std::optional<JsonNode> parse_json(std::string_view text, documents::Problems& p
   return JsonParser{text, problems}.parse();
 }
 
+std::optional<std::vector<std::string_view>> names_of_root(std::string_view text) {
+  std::vector<std::string_view> names;
+  bool is_object = false;
+  std::size_t depth = 0;
+  std::string_view last;  // a string, which a colon makes a name
+  for (std::size_t at = text.starts_with("\xef\xbb\xbf") ? 3 : 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (c == ' ' || c == '\t' || c == '\r' || c == '\n') {
+      continue;
+    }
+    const bool is_comment = text.substr(at, 2) == "/*";
+    if (is_comment || c == '#' || text.substr(at, 2) == "//") {
+      at = std::min(is_comment ? text.find("*/", at + 2) : text.find('\n', at), text.size());
+      at += is_comment ? 1 : 0;
+      continue;
+    }
+    is_object = is_object || c == '{';
+    if (!is_object) {
+      return std::nullopt;
+    }
+    if (c == '"') {
+      const std::size_t begin = at + 1;
+      for (at = begin; at < text.size() && text[at] != '"'; ++at) {
+        at += text[at] == '\\' ? 1 : 0;
+      }
+      last = text.substr(begin, std::min(at, text.size()) - begin);
+      continue;
+    }
+    if (c == ':' && depth == 1 && last.data() != nullptr) {
+      names.push_back(last);
+    }
+    last = {};
+    if (c == '{' || c == '[') {
+      ++depth;
+    } else if ((c == '}' || c == ']') && --depth == 0) {
+      break;
+    }
+  }
+  return is_object ? std::optional{std::move(names)} : std::nullopt;
+}
+
 std::string what_it_is(const JsonNode& node) {
   switch (node.kind) {
     case JsonNode::Kind::null:

@@ -36,6 +36,10 @@ inline constexpr std::size_t max_json_values = 2'000'000;
 /// such files. Nothing, and one error, where it is not JSON.
 [[nodiscard]] std::optional<JsonNode> parse_json(std::string_view text, documents::Problems& problems);
 
+/// The names of the members of the outermost object, as far as the text is JSON: it may be broken. Nothing:
+/// it does not begin with an object.
+[[nodiscard]] std::optional<std::vector<std::string_view>> names_of_root(std::string_view text);
+
 /// "an object", "the text 'abc'": what is there, for a message.
 [[nodiscard]] std::string what_it_is(const JsonNode& node);
 

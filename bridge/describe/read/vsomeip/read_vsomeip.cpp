@@ -180,10 +180,7 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
     return;
   }
   check_keys(root, vsomeip_keys::root);
-  // Of what is said twice vsomeip takes the first.
-  if (const auto own = address(root.find("unicast"), "the host's address"); own && !settings_.address) {
-    settings_.address = own;
-  }
+  find_host(root);
   // Before the settings of service discovery, which hold where both say something.
   each(root.find("servicegroups"), "a group of services", JsonNode::Kind::object,
        [this](const JsonNode& group) {
@@ -214,43 +211,80 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
   }
 }
 
+void VsomeipReader::find_host(const JsonNode& root) {
+  const JsonNode* const unicast = root.find("unicast");
+  const auto own = address(unicast, "the host's address");
+  host_ = 0;
+  if (own && !hosts_.empty() && hosts_.front().address) {
+    const auto known = std::ranges::find(hosts_, own, &VsomeipHost::address);
+    host_ = static_cast<std::size_t>(known - hosts_.begin());
+  }
+  if (host_ == hosts_.size()) {
+    hosts_.push_back({.name = std::string{stem(model_.files[file_])}});
+  }
+  if (own && says("address", *unicast)) {
+    host().address = own;
+  }
+}
+
+bool VsomeipReader::says(std::string_view setting, const JsonNode& node) {
+  const std::string_view text = messages::trimmed(node.text);
+  const auto number = whole(text);
+  SaidValue value{number ? fmt::to_string(*number) : std::string{text}, place(node)};
+  const auto [known, is_new] = host().said.try_emplace(setting, value);
+  if (is_new || known->second.place.file == file_) {  // of one file, what is read later
+    known->second = std::move(value);
+    return true;
+  }
+  contradictions_.compare("the host", fmt::format("the {}", setting), known->second, value);
+  return false;
+}
+
 void VsomeipReader::discovery(const JsonNode& node) {
   check_keys(node, vsomeip_keys::discovery);
-  settings_.sd = truth(node.find("enable"), true);
-  if (const auto group = address(node.find("multicast"), "the group of service discovery")) {
-    settings_.sd_multicast = group;
+  if (const JsonNode* enable = node.find("enable");
+      enable != nullptr && says("setting enable of service discovery", *enable)) {
+    host().sd = truth(enable, true);
   }
-  if (const auto port = this->port(node.find("port"), "the port of service discovery")) {
-    settings_.sd_port = port;
+  const JsonNode* const multicast = node.find("multicast");
+  if (const auto group = address(multicast, "the group of service discovery");
+      group && says("multicast address of service discovery", *multicast)) {
+    host().sd_multicast = group;
   }
-  sd::Timing& timing = settings_.timing;
-  const auto time = [&](const char* key, Duration& to) {
-    if (const auto value = milliseconds(node.find(key), key)) {
+  const JsonNode* const port_node = node.find("port");
+  if (const auto port = this->port(port_node, "the port of service discovery");
+      port && says("port of service discovery", *port_node)) {
+    host().sd_port = port;
+  }
+  sd::Timing& timing = host().timing;
+  const auto time = [&](const char* key, std::string_view setting, Duration& to) {
+    const JsonNode* const found = node.find(key);
+    if (const auto value = milliseconds(found, key); value && says(setting, *found)) {
       to = *value;
     }
   };
-  time("initial_delay_min", timing.initial_delay_min);
-  time("initial_delay_max", timing.initial_delay_max);
-  time("repetitions_base_delay", timing.repetitions_base_delay);
-  time("cyclic_offer_delay", timing.cyclic_offer_delay);
-  time("request_response_delay", timing.request_response_delay_max);
+  time("initial_delay_min", "initial_delay_min", timing.initial_delay_min);
+  time("initial_delay_max", "initial_delay_max", timing.initial_delay_max);
+  time("repetitions_base_delay", "repetitions_base_delay", timing.repetitions_base_delay);
+  time("cyclic_offer_delay", "cyclic_offer_delay", timing.cyclic_offer_delay);
+  time("request_response_delay", "request_response_delay_max", timing.request_response_delay_max);
   repetitions(node.find("repetitions_max"), "repetitions_max");
   ttl(node.find("ttl"));
 }
 
 void VsomeipReader::repetitions(const JsonNode* node, const std::string& what) {
-  if (const auto max = number(node, what, 0, 0xffff'ffff)) {
-    settings_.timing.repetitions_max = static_cast<std::uint8_t>(std::min<std::uint64_t>(*max, 255));
+  if (const auto max = number(node, what, 0, 0xffff'ffff); max && says("repetitions_max", *node)) {
+    host().timing.repetitions_max = static_cast<std::uint8_t>(std::min<std::uint64_t>(*max, 255));
   }
 }
 
 void VsomeipReader::ttl(const JsonNode* node) {
-  if (const auto ttl = number(node, "ttl", 0, 0xffff'ffff)) {
+  if (const auto ttl = number(node, "ttl", 0, 0xffff'ffff); ttl && says("ttl", *node)) {
     constexpr std::uint64_t forever = 0xff'ffff;
     if (*ttl > forever) {
       warning(*node, "an entry has 24 bits for its ttl: 0xffffff is taken, which is for ever");
     }
-    settings_.timing.ttl_s =
+    host().timing.ttl_s =
         *ttl == 0 ? vsomeip_timing.ttl_s : static_cast<std::uint32_t>(std::min(*ttl, forever));
   }
 }
@@ -259,9 +293,9 @@ void VsomeipReader::ttl(const JsonNode* node) {
 /// group alone.
 void VsomeipReader::delays(const JsonNode& node) {
   check_keys(node, vsomeip_keys::delays);
-  sd::Timing& timing = settings_.timing;
-  const auto time = [&](const JsonNode* value, const char* what, Duration& to) {
-    if (const auto delay = milliseconds(value, what)) {
+  sd::Timing& timing = host().timing;
+  const auto time = [&](const JsonNode* value, const char* what, std::string_view setting, Duration& to) {
+    if (const auto delay = milliseconds(value, what); delay && says(setting, *value)) {
       to = *delay;
     }
   };
@@ -271,12 +305,15 @@ void VsomeipReader::delays(const JsonNode& node) {
       const JsonNode* found = initial->find(one);
       return found == nullptr ? initial->find(other) : found;
     };
-    time(either("minimum", "min"), "the least initial delay", timing.initial_delay_min);
-    time(either("maximum", "max"), "the greatest initial delay", timing.initial_delay_max);
+    time(either("minimum", "min"), "the least initial delay", "initial_delay_min", timing.initial_delay_min);
+    time(either("maximum", "max"), "the greatest initial delay", "initial_delay_max",
+         timing.initial_delay_max);
   }
-  time(node.find("repetition-base"), "repetition-base", timing.repetitions_base_delay);
-  time(node.find("cyclic-offer"), "cyclic-offer", timing.cyclic_offer_delay);
-  time(node.find("cyclic-request"), "cyclic-request", timing.request_response_delay_max);
+  time(node.find("repetition-base"), "repetition-base", "repetitions_base_delay",
+       timing.repetitions_base_delay);
+  time(node.find("cyclic-offer"), "cyclic-offer", "cyclic_offer_delay", timing.cyclic_offer_delay);
+  time(node.find("cyclic-request"), "cyclic-request", "request_response_delay_max",
+       timing.request_response_delay_max);
   repetitions(node.find("repetition-max"), "repetition-max");
   ttl(node.find("ttl"));
 }
@@ -284,14 +321,15 @@ void VsomeipReader::delays(const JsonNode& node) {
 void VsomeipReader::npdu_defaults(const JsonNode& node) {
   check_keys(node, vsomeip_keys::npdu_defaults);
   const auto time = [&](const char* key, std::chrono::microseconds& to) {
-    if (const auto value = milliseconds(node.find(key), key)) {
+    const JsonNode* const found = node.find(key);
+    if (const auto value = milliseconds(found, key); value && says(key, *found)) {
       to = *value;
     }
   };
-  time("debounce-time-request", settings_.requests.debounce);
-  time("max-retention-time-request", settings_.requests.retention);
-  time("debounce-time-response", settings_.responses.debounce);
-  time("max-retention-time-response", settings_.responses.retention);
+  time("debounce-time-request", host().requests.debounce);
+  time("max-retention-time-request", host().requests.retention);
+  time("debounce-time-response", host().responses.debounce);
+  time("max-retention-time-response", host().responses.retention);
 }
 
 std::size_t VsomeipReader::service_of(someip::ServiceId id, const JsonNode& node) {
@@ -332,7 +370,7 @@ void VsomeipReader::client(const JsonNode& node) {
     instance.name = fmt::format("instance_{:04x}", someip::value(*instance_id));
   }
   if (required_.insert({*service_id, instance.id}).second) {
-    model_.instances.push_back(std::move(instance));
+    append_instance(std::move(instance));
   }
 }
 
@@ -400,7 +438,19 @@ Protection* VsomeipReader::e2e_of(Service& service, someip::MethodId id) {
   return method == methods_.end() ? nullptr : &service.methods[method->second].e2e;
 }
 
-void VsomeipReader::finish(std::string_view name) {
+void VsomeipReader::take_address(Instance& instance, const VsomeipHost& host) {
+  if (!instance.address && host.address) {
+    instance.address = host.address;
+    instance.said_at["address"] = host.said.at("address").place;
+  }
+}
+
+void VsomeipReader::append_instance(Instance instance) {
+  model_.instances.push_back(std::move(instance));
+  hosts_of_instances_.push_back(host_);
+}
+
+void VsomeipReader::finish() {
   for (Protected& one : protected_) {
     file_ = one.place.file;
     const JsonNode node{.mark = one.place.mark};
@@ -416,22 +466,40 @@ void VsomeipReader::finish(std::string_view name) {
     }
     *e2e = std::move(one.e2e);
   }
-  if (settings_.address || settings_.sd_multicast || settings_.sd_port) {
-    model_.machines.push_back({.name = std::string{name},
-                               .address = settings_.address,
-                               .sd_multicast = settings_.sd_multicast,
-                               .sd_port = settings_.sd_port});
-  }
-  for (Instance& instance : model_.instances) {
-    if (settings_.sd) {
-      instance.timing = settings_.timing;
-    }
-    const bool is_here = instance.role == Instance::Role::provided && !model_.machines.empty();
-    if (is_here && (!instance.address || instance.address == settings_.address)) {
-      instance.address = settings_.address;
-      instance.machine = model_.machines.front().name;
+  const auto is_machine = [](const VsomeipHost& host) {
+    return host.address || host.sd_multicast || host.sd_port;
+  };
+  for (const VsomeipHost& host : hosts_) {
+    if (is_machine(host)) {
+      model_.machines.push_back({.name = host.name,
+                                 .address = host.address,
+                                 .sd_multicast = host.sd_multicast,
+                                 .sd_port = host.sd_port});
     }
   }
+  for (std::size_t at = 0; at < model_.instances.size(); ++at) {
+    Instance& instance = model_.instances[at];
+    const VsomeipHost& host = hosts_[hosts_of_instances_[at]];
+    if (host.sd) {
+      instance.timing = host.timing;
+      for (const auto& [setting, value] : host.said) {
+        instance.said_at.try_emplace(setting, value.place);
+      }
+    }
+    const bool is_here = instance.role == Instance::Role::provided && is_machine(host);
+    if (is_here && (!instance.address || instance.address == host.address)) {
+      take_address(instance, host);
+      instance.machine = host.name;
+    }
+  }
+}
+
+bool is_vsomeip(std::string_view text) {
+  const auto names = names_of_root(text);
+  const auto is_known = [](std::string_view name) {
+    return std::ranges::find(vsomeip_keys::root.names, name) != vsomeip_keys::root.names.end();
+  };
+  return names && (names->empty() || std::ranges::any_of(*names, is_known));
 }
 
 Reading read_vsomeip(std::span<const SourceText> sources, std::size_t max_bytes) {
@@ -449,9 +517,7 @@ Reading read_vsomeip(std::span<const SourceText> sources, std::size_t max_bytes)
     }
     std::ranges::move(problems.take(), std::back_inserter(reading.problems));
   }
-  if (!sources.empty()) {
-    reader.finish(stem(sources.front().name));
-  }
+  reader.finish();
   return reading;
 }
 

@@ -6,11 +6,16 @@
 //   vsomeip_reader.hpp  the reader; services.cpp has its part for services and their events
 #pragma once
 #include <span>
+#include <string_view>
 
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/read/source_text.hpp"
 
 namespace trestle::describe {
+
+/// Whether a JSON text has something of a vsomeip configuration in it: "services", "unicast", "applications"
+/// … It need not be good. An object without members counts as one.
+[[nodiscard]] bool is_vsomeip(std::string_view text);
 
 /// Reads configurations of vsomeip, all releases of it: services, instances, events, eventgroups, endpoints,
 /// SD settings, TP, nPDU, E2E. Several files are parts of one configuration, as in vsomeip's folders.

@@ -1,7 +1,12 @@
 // Services, events and eventgroups of a vsomeip configuration.
 #include <fmt/format.h>
 
+#include <tuple>
+
+#include "bridge/describe/join.hpp"
+#include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/read/vsomeip/vsomeip_reader.hpp"
+#include "bridge/documents/format.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -36,57 +41,38 @@ void VsomeipReader::service(const JsonNode& node) {
     warning(*protocol, "a service of another protocol than \"someip\" is left out");
     return;
   }
-  if (instance_id && !provided_.insert({*service_id, instance_id}).second) {
-    warning(node, fmt::format("a second description of instance 0x{:04x} of service 0x{:04x} is left out, "
-                              "as vsomeip does",
-                              someip::value(*instance_id), someip::value(*service_id)));
-    return;
-  }
-  const std::size_t at = service_of(*service_id, node);
   Instance instance{.name = instance_id ? fmt::format("instance_{:04x}", someip::value(*instance_id)) : "",
-                    .service = model_.services[at].name,
+                    .service = fmt::format("service_{:04x}", someip::value(*service_id)),
                     .service_id = service_id,
                     .id = instance_id,
                     .place = place(node)};
   if (const JsonNode* unicast = node.find("unicast"); unicast != nullptr && unicast->text != "local") {
     instance.address = address(unicast, "the address of the service");
+    instance.said_at["address"] = place(*unicast);
     // A service of another host is told to those who use it without service discovery.
-    if (instance.address && settings_.address && instance.address != settings_.address) {
+    if (instance.address && host().address && instance.address != host().address) {
       instance.role = Instance::Role::required;
     }
   }
-  const auto endpoint = [this](const JsonNode* reliability, const std::string& what) {
-    if (reliability != nullptr && reliability->kind == JsonNode::Kind::array) {
-      const JsonNode* first = reliability->elements.empty() ? nullptr : &reliability->elements.front();
-      if (reliability->elements.size() > 1) {
-        warning(*reliability, "only the first of several ports is used");
-      }
-      reliability = first;
-    }
-    if (reliability == nullptr || reliability->kind != JsonNode::Kind::object) {
-      return port(reliability, what);
-    }
-    check_keys(*reliability, vsomeip_keys::port);
-    for (const char* key : {"enable-magic-cookies", "magic-cookies"}) {
-      if (const JsonNode* cookies = reliability->find(key); truth(cookies, false)) {
-        left_out(cookies, "magic cookies are left out");
-      }
-    }
-    return port(reliability->find("port"), what);
-  };
-  instance.tcp_port = endpoint(node.find("reliable"), "a TCP port");
-  instance.udp_port = endpoint(node.find("unreliable"), "a UDP port");
-
-  Service& service = model_.services[at];
-  each(node.find("events"), "an event", JsonNode::Kind::object,
-       [&](const JsonNode& one) { event(one, service, instance); });
-  std::optional<Endpoint> shared;  // of older releases: one group for all eventgroups of the service
-  if (const JsonNode* group = object(node.find("multicast"), "a multicast group")) {
-    check_keys(*group, vsomeip_keys::multicast);
-    if (const auto group_address = address(group->find("address"), "the address of a group")) {
-      shared = Endpoint{*group_address, port(group->find("port"), "the port of a group").value_or(0)};
+  for (const auto& [key, setting, port] : {std::tuple{"reliable", "tcp_port", &instance.tcp_port},
+                                           {"unreliable", "udp_port", &instance.udp_port}}) {
+    const JsonNode* const found = node.find(key);
+    *port = endpoint(found, port == &instance.tcp_port ? "a TCP port" : "a UDP port");
+    if (*port) {
+      instance.said_at[setting] = place(*found);
     }
   }
+  if (instance_id) {
+    const auto [known, is_new] = provided_.try_emplace({*service_id, instance_id}, model_.instances.size());
+    if (!is_new) {
+      second(node, known->second, std::move(instance));
+      return;
+    }
+  }
+  const std::size_t at = service_of(*service_id, node);
+  Service& service = model_.services[at];
+  events(node, service, instance);
+  const std::optional<Endpoint> shared = shared_group(node);
   multicast_.clear();
   each(node.find("eventgroups"), "an eventgroup", JsonNode::Kind::object,
        [&](const JsonNode& one) { eventgroup(one, shared, at, instance); });
@@ -102,48 +88,198 @@ void VsomeipReader::service(const JsonNode& node) {
       }
     }
   }
-  model_.instances.push_back(std::move(instance));
+  append_instance(std::move(instance));
 }
 
-void VsomeipReader::event(const JsonNode& node, Service& service, const Instance& instance) {
+std::optional<std::uint16_t> VsomeipReader::endpoint(const JsonNode* node, const std::string& what) {
+  if (node != nullptr && node->kind == JsonNode::Kind::array) {
+    const JsonNode* first = node->elements.empty() ? nullptr : &node->elements.front();
+    if (node->elements.size() > 1) {
+      warning(*node, "only the first of several ports is used");
+    }
+    node = first;
+  }
+  if (node == nullptr || node->kind != JsonNode::Kind::object) {
+    return port(node, what);
+  }
+  check_keys(*node, vsomeip_keys::port);
+  for (const char* key : {"enable-magic-cookies", "magic-cookies"}) {
+    if (const JsonNode* cookies = node->find(key); truth(cookies, false)) {
+      left_out(cookies, "magic cookies are left out");
+    }
+  }
+  return port(node->find("port"), what);
+}
+
+/// Of older releases: one group for all eventgroups of the service.
+std::optional<Endpoint> VsomeipReader::shared_group(const JsonNode& service) {
+  const JsonNode* const group = object(service.find("multicast"), "a multicast group");
+  if (group == nullptr) {
+    return std::nullopt;
+  }
+  check_keys(*group, vsomeip_keys::multicast);
+  const auto found = address(group->find("address"), "the address of a group");
+  return found ? std::optional{Endpoint{*found, port(group->find("port"), "the port of a group").value_or(0)}}
+               : std::nullopt;
+}
+
+void VsomeipReader::second(const JsonNode& node, std::size_t index, Instance other) {
+  constexpr std::size_t most = 100;  // are compared: a hostile file may have many, of a large instance
+  const auto leave_out = [&] {
+    warning(node, fmt::format("a second description of instance 0x{:04x} of service 0x{:04x} is left out, "
+                              "as vsomeip does",
+                              someip::value(*other.id), someip::value(*other.service_id)));
+  };
+  if (++seconds_ > most) {
+    leave_out();
+    return;
+  }
+  const std::size_t before = contradictions_.count();
+  Instance known = model_.instances[index];
+  take_address(known, hosts_[hosts_of_instances_[index]]);
+  take_address(other, host());
+  known.role = other.role = Instance::Role::provided;  // whose endpoint it is, whoever uses it
+  multicast_.clear();
+  const std::optional<Endpoint> shared = shared_group(node);
+  each(node.find("eventgroups"), "an eventgroup", JsonNode::Kind::object, [&](const JsonNode& one) {
+    if (one.find("eventgroup") != nullptr) {
+      if (const auto id = this->id<someip::EventgroupId>(one.find("eventgroup"), "an eventgroup id")) {
+        group(one, *id, shared, other);
+      }
+    }
+  });
+  describe::add_instance(known, other, contradictions_);
+  for (const VsomeipEvent& one : events_of(node, other)) {
+    if (const auto event = said_events_.find({*other.service_id, one.id}); event != said_events_.end()) {
+      VsomeipEvent first = event->second;
+      join(first, one);
+    }
+  }
+  if (contradictions_.count() == before) {
+    leave_out();
+  }
+}
+
+std::vector<VsomeipEvent> VsomeipReader::events_of(const JsonNode& node, const Instance& instance) {
+  std::vector<VsomeipEvent> events;
+  std::map<someip::MethodId, std::size_t> places;
+  const auto take = [&](const JsonNode& one) {
+    auto said = event(one, instance);
+    if (!said) {
+      return;
+    }
+    if (const auto [at, is_new] = places.try_emplace(said->id, events.size()); is_new) {
+      events.push_back(std::move(*said));
+    } else {
+      join(events[at->second], *said);
+    }
+  };
+  each(node.find("events"), "an event", JsonNode::Kind::object, take);
+  // Older files describe events in their eventgroups.
+  each(node.find("eventgroups"), "an eventgroup", JsonNode::Kind::object, [&](const JsonNode& group) {
+    if (group.find("eventgroup") != nullptr) {
+      each(group.find("events"), "an event", JsonNode::Kind::string, [&](const JsonNode& one) {
+        if (one.kind == JsonNode::Kind::object) {
+          take(one);
+        }
+      });
+    }
+  });
+  return events;
+}
+
+void VsomeipReader::events(const JsonNode& node, Service& service, const Instance& instance) {
+  for (const VsomeipEvent& one : events_of(node, instance)) {
+    const auto [known, is_first] = said_events_.try_emplace(EventKey{*service.id, one.id}, one);
+    if (!is_first) {
+      join(known->second, one);
+    }
+    const VsomeipEvent& said = known->second;
+    const bool is_new = !has_event(service, one.id);
+    if (is_new && said.is_field) {
+      events_[{*service.id, one.id}] = {true, service.fields.size()};
+      service.fields.push_back({.name = fmt::format("field_{:04x}", someip::value(one.id)),
+                                .payload = {.known = false},
+                                .notifier = one.id,
+                                .has_getter = false,
+                                .has_setter = false,
+                                .place = said.place});
+    } else if (is_new) {
+      add_event(
+          service,
+          {.name = fmt::format("event_{:04x}", someip::value(one.id)), .id = one.id, .place = said.place});
+    }
+    const auto [is_field, at] = events_.at({*service.id, one.id});
+    Transfer& transfer = is_field ? service.fields[at].notifier_transfer : service.events[at].transfer;
+    if (is_new || said.transport_at) {
+      transfer.transport = said.transport;
+      transfer.transport_at = said.transport_at;
+    }
+    auto& cycle = is_field ? service.fields[at].cycle : service.events[at].cycle;
+    cycle = said.cycle ? said.cycle : cycle;
+  }
+}
+
+std::optional<VsomeipEvent> VsomeipReader::event(const JsonNode& node, const Instance& instance) {
   check_keys(node, vsomeip_keys::event);
   const auto id = this->id<someip::MethodId>(node.find("event"), "an event id");
   if (!id) {
     if (node.find("event") == nullptr) {
       error(node, "expected an \"event\" with its id");
     }
-    return;
+    return std::nullopt;
   }
-  if (has_event(service, *id)) {  // of another instance
-    return;
-  }
-  Transfer transfer{.transport = usual_transport(instance)};
+  VsomeipEvent event{
+      .id = *id, .instance = instance.id, .place = place(node), .transport = usual_transport(instance)};
+  const auto said_at = [this](const JsonNode& found) {
+    return is_placeholder(&found) ? std::nullopt : std::optional{place(found)};
+  };
   if (const JsonNode* reliable = node.find("is_reliable")) {
-    transfer.transport = truth(reliable, false) ? Transport::tcp : Transport::udp;
+    event.transport = truth(reliable, false) ? Transport::tcp : Transport::udp;
+    event.transport_at = said_at(*reliable);
   }
-  std::optional<std::chrono::microseconds> cycle;
   for (const char* key : {"update-cycle", "cycle"}) {
-    if (const auto time = milliseconds(node.find(key), "a cycle"); time && time->count() != 0) {
-      cycle = *time;
+    const JsonNode* const found = node.find(key);
+    if (const auto time = milliseconds(found, "a cycle"); time && time->count() != 0) {
+      event.cycle = *time;
+      event.cycle_at = place(*found);
     }
   }
-  if (truth(node.find("is_field"), false)) {
-    events_[{*service.id, *id}] = {true, service.fields.size()};
-    service.fields.push_back({.name = fmt::format("field_{:04x}", someip::value(*id)),
-                              .payload = {.known = false},
-                              .notifier = id,
-                              .has_getter = false,
-                              .has_setter = false,
-                              .notifier_transfer = transfer,
-                              .cycle = cycle,
-                              .place = place(node)});
-    return;
+  if (const JsonNode* field = node.find("is_field")) {
+    event.is_field = truth(field, false);
+    event.is_field_at = said_at(*field);
   }
-  add_event(service, {.name = fmt::format("event_{:04x}", someip::value(*id)),
-                      .id = id,
-                      .transfer = transfer,
-                      .cycle = cycle,
-                      .place = place(node)});
+  return event;
+}
+
+void VsomeipReader::join(VsomeipEvent& event, const VsomeipEvent& other) {
+  const auto say = [&](const char* what, auto& value, std::optional<Place>& at, const auto& other_value,
+                       const std::optional<Place>& other_at, const auto& text) {
+    if (!at && other_at) {
+      value = other_value;
+      at = other_at;
+    } else if (at && other_at && value != other_value) {
+      if (event.instance == other.instance) {
+        contradictions_.add(fmt::format("event 0x{:04x}", someip::value(event.id)), what, {text(value), *at},
+                            {text(other_value), *other_at});
+      } else {  // vsomeip lets each instance have its own
+        problems_->warning(other_at->mark,
+                           fmt::format("event 0x{:04x} has {} {} here, but {} at {}, of another instance: "
+                                       "an interface has one for all, and the first is taken",
+                                       someip::value(event.id), what, text(other_value), text(value),
+                                       to_string(model_, *at)));
+      }
+    }
+  };
+  const auto truth_text = [](bool is) { return std::string{is ? "true" : "false"}; };
+  const auto transport_text = [](Transport transport) {
+    return std::string{transport == Transport::tcp ? "true" : "false"};
+  };
+  const auto time_text = [](const auto& time) { return documents::to_string(Duration{*time}); };
+  say("is_field", event.is_field, event.is_field_at, other.is_field, other.is_field_at, truth_text);
+  say("is_reliable", event.transport, event.transport_at, other.transport, other.transport_at,
+      transport_text);
+  say("the cycle", event.cycle, event.cycle_at, other.cycle, other.cycle_at, time_text);
 }
 
 void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint>& shared, Multicast& group) {
@@ -152,16 +288,48 @@ void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint
     check_keys(*multicast, vsomeip_keys::multicast);
     if (const auto found = address(multicast->find("address"), "the address of a group")) {
       group.group = {*found, port(multicast->find("port"), "the port of a group").value_or(0)};
+      group.group_at = place(*multicast);
     }
   } else if (const auto found = address(multicast, "the address of a group")) {
     group.group.address = *found;
   } else if (shared && truth(node.find("is_multicast"), true)) {
     group.group = *shared;
+    group.group_at = place(node);
     group.threshold = 1;
   }
-  if (const auto threshold = number(node.find("threshold"), "a threshold", 0, 0xffff'ffff)) {
+  const JsonNode* const threshold_node = node.find("threshold");
+  if (const auto threshold = number(threshold_node, "a threshold", 0, 0xffff'ffff)) {
     group.threshold = static_cast<std::uint32_t>(std::min<std::uint64_t>(*threshold, 255));
+    group.threshold_at = place(*threshold_node);
   }
+}
+
+void VsomeipReader::group(const JsonNode& node, someip::EventgroupId id,
+                          const std::optional<Endpoint>& shared, Instance& instance) {
+  Multicast group{.eventgroup = id};
+  multicast(node, shared, group);
+  if (group.group.address.is_unspecified()) {
+    return;
+  }
+  if (group.group.port == 0) {
+    group.group.port = instance.udp_port.value_or(0);
+    group.group_at.reset();
+  }
+  const auto [found, is_new] = multicast_.emplace(id, instance.multicast.size());
+  if (is_new) {
+    instance.multicast.push_back(group);
+    return;
+  }
+  const auto with = [&instance](Multicast one) {
+    return Instance{.service = instance.service,
+                    .service_id = instance.service_id,
+                    .id = instance.id,
+                    .multicast = {std::move(one)},
+                    .place = instance.place};
+  };
+  Instance known = with(instance.multicast[found->second]);
+  describe::add_instance(known, with(group), contradictions_);
+  instance.multicast[found->second] = known.multicast.front();
 }
 
 void VsomeipReader::eventgroup(const JsonNode& node, const std::optional<Endpoint>& shared,
@@ -183,26 +351,14 @@ void VsomeipReader::eventgroup(const JsonNode& node, const std::optional<Endpoin
     of.eventgroups.insert(
         at, {.name = fmt::format("eventgroup_{:04x}", someip::value(*id)), .id = *id, .place = place(node)});
   }
-  Multicast group{.eventgroup = *id};
-  multicast(node, shared, group);
-  if (!group.group.address.is_unspecified()) {
-    if (group.group.port == 0) {
-      group.group.port = instance.udp_port.value_or(0);
-    }
-    // Of two eventgroups with one id vsomeip takes the last.
-    const auto [found, is_new] = multicast_.emplace(*id, instance.multicast.size());
-    if (is_new) {
-      instance.multicast.emplace_back();
-    }
-    instance.multicast[found->second] = group;
-  }
+  group(node, *id, shared, instance);
   each(node.find("events"), "an event", JsonNode::Kind::string,
        [&](const JsonNode& one) { in_eventgroup(one, *id, of, instance); });
 }
 
 void VsomeipReader::in_eventgroup(const JsonNode& node, someip::EventgroupId group, Service& service,
                                   const Instance& instance) {
-  // Older files describe the event here.
+  // Older files describe the event here: events() has read it.
   const JsonNode* id_node = node.kind == JsonNode::Kind::object ? node.find("event") : &node;
   const auto id = this->id<someip::MethodId>(id_node, "an event id");
   if (!id) {
@@ -212,14 +368,10 @@ void VsomeipReader::in_eventgroup(const JsonNode& node, someip::EventgroupId gro
     return;
   }
   if (!has_event(service, *id)) {
-    if (node.kind == JsonNode::Kind::object) {
-      event(node, service, instance);
-    } else {
-      add_event(service, {.name = fmt::format("event_{:04x}", someip::value(*id)),
-                          .id = id,
-                          .transfer = {.transport = usual_transport(instance)},
-                          .place = place(node)});
-    }
+    add_event(service, {.name = fmt::format("event_{:04x}", someip::value(*id)),
+                        .id = id,
+                        .transfer = {.transport = usual_transport(instance)},
+                        .place = place(node)});
   }
   const auto [is_field, at] = events_.at({*service.id, *id});
   auto& groups = is_field ? service.fields[at].eventgroups : service.events[at].eventgroups;
@@ -285,10 +437,12 @@ void VsomeipReader::tp_of(const JsonNode& node, bool is_request, Service& servic
     return;
   }
   check_keys(node, vsomeip_keys::tp_of_method);
-  if (const auto bytes = number(node.find("max-segment-length"), "the bytes of a segment", 16, 0xffff)) {
+  const JsonNode* const length = node.find("max-segment-length");
+  if (const auto bytes = number(length, "the bytes of a segment", 16, 0xffff)) {
+    transfer.segment_bytes_at = place(*length);
     transfer.segment_bytes = static_cast<std::uint32_t>(*bytes / 16 * 16);
     if (*bytes % 16 != 0) {
-      warning(*node.find("max-segment-length"),
+      warning(*length,
               fmt::format("a segment has a multiple of 16 bytes: {} is used", transfer.segment_bytes));
     }
   }
@@ -309,12 +463,13 @@ void VsomeipReader::debounce(const JsonNode& node, bool is_request, Service& ser
     Transfer& transfer =
         transfer_of(service, static_cast<someip::MethodId>(*number), is_request, instance, member);
     check_keys(member, vsomeip_keys::debounce_of_method);
-    const Transfer& usual = is_request ? settings_.requests : settings_.responses;
+    const Transfer& usual = is_request ? host().requests : host().responses;
     transfer.debounce = usual.debounce;
     transfer.retention = usual.retention;
     if (const auto time = milliseconds(member.find("debounce-time"), "a time")) {
       transfer.debounce = *time;
     }
+    transfer.retention_at = place(member);
     if (const auto time = milliseconds(member.find("maximum-retention-time"), "a time")) {
       transfer.retention = *time;
     }

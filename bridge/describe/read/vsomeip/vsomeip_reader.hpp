@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/describe/contradictions.hpp"
 #include "bridge/describe/model.hpp"
 #include "bridge/describe/read/problems.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
@@ -29,8 +30,12 @@ inline constexpr sd::Timing vsomeip_timing{.initial_delay_min = std::chrono::mil
 /// Members from here on are events.
 inline constexpr std::uint16_t first_event_id = 0x8000;
 
-/// Gathers what has to be known of all files before instances are complete.
-struct VsomeipSettings {
+/// What holds for a whole host, and has to be known of all its files before instances are complete. A file
+/// with another "unicast" is of another host.
+struct VsomeipHost {
+  std::string name{};  ///< made of that of its first file
+  /// As they are written, and where: of two files of one host, both have to say the same.
+  std::map<std::string_view, SaidValue> said{};
   std::optional<IpAddress> address{};
   std::optional<IpAddress> sd_multicast{};
   std::optional<std::uint16_t> sd_port{};
@@ -40,6 +45,20 @@ struct VsomeipSettings {
   Transfer responses{};
 };
 
+/// What an entry for an event says.
+struct VsomeipEvent {
+  someip::MethodId id{};
+  std::optional<someip::InstanceId> instance{};
+  Place place{};
+  bool is_field = false;
+  Transport transport = Transport::udp;
+  std::optional<std::chrono::microseconds> cycle{};
+  // Where the entry says these.
+  std::optional<Place> is_field_at{};
+  std::optional<Place> transport_at{};
+  std::optional<Place> cycle_at{};
+};
+
 /// Makes a model of vsomeip's configurations.
 class VsomeipReader {
  public:
@@ -47,7 +66,7 @@ class VsomeipReader {
 
   void read(const JsonNode& root, std::uint32_t file, Problems& problems);
   /// After all files.
-  void finish(std::string_view name);
+  void finish();
 
  private:
   struct Protected {
@@ -98,6 +117,16 @@ class VsomeipReader {
   [[nodiscard]] Place place(const JsonNode& node) const { return {file_, node.mark}; }
 
   // What the parts of a configuration mean.
+  /// The host that a file is of.
+  void find_host(const JsonNode& root);
+  [[nodiscard]] VsomeipHost& host() { return hosts_[host_]; }
+  /// Notes a setting of the host. Of two files that say something else the first holds, and this is told.
+  /// @param setting  as in Instance::said_at
+  /// @return whether it holds.
+  [[nodiscard]] bool says(std::string_view setting, const JsonNode& node);
+  /// That of its host, where the instance has none of its own.
+  static void take_address(Instance& instance, const VsomeipHost& host);
+  void append_instance(Instance instance);
   void discovery(const JsonNode& node);
   void delays(const JsonNode& node);
   void repetitions(const JsonNode* node, const std::string& what);
@@ -105,7 +134,20 @@ class VsomeipReader {
   void npdu_defaults(const JsonNode& node);
   void services(const JsonNode* node);
   void service(const JsonNode& node);
-  void event(const JsonNode& node, Service& service, const Instance& instance);
+  void events(const JsonNode& node, Service& service, const Instance& instance);
+  /// What the entries of a service say of its events, those of its eventgroups included: one for each event.
+  [[nodiscard]] std::vector<VsomeipEvent> events_of(const JsonNode& node, const Instance& instance);
+  [[nodiscard]] std::optional<VsomeipEvent> event(const JsonNode& node, const Instance& instance);
+  /// Adds what `other` says and `event` does not.
+  void join(VsomeipEvent& event, const VsomeipEvent& other);
+  /// A second description of an instance, `index` of Model::instances, is left out, and has to say the same.
+  void second(const JsonNode& node, std::size_t index, Instance other);
+  /// The UDP or TCP port of a service.
+  [[nodiscard]] std::optional<std::uint16_t> endpoint(const JsonNode* node, const std::string& what);
+  [[nodiscard]] std::optional<Endpoint> shared_group(const JsonNode& service);
+  /// Where an eventgroup is sent to many, into Instance::multicast.
+  void group(const JsonNode& node, someip::EventgroupId id, const std::optional<Endpoint>& shared,
+             Instance& instance);
   void eventgroup(const JsonNode& node, const std::optional<Endpoint>& shared, std::size_t service,
                   Instance& instance);
   void multicast(const JsonNode& node, const std::optional<Endpoint>& shared, Multicast& group);
@@ -138,13 +180,20 @@ class VsomeipReader {
   std::map<EventKey, EventPart> events_;
   std::map<EventKey, std::size_t> methods_;
   std::map<someip::EventgroupId, std::size_t> multicast_;  ///< of the instance that is being read
-  std::set<InstanceKey> provided_;
+  std::map<InstanceKey, std::size_t> provided_;            ///< indices of Model::instances
   std::set<InstanceKey> required_;
+  std::map<EventKey, VsomeipEvent> said_events_;
+  std::size_t seconds_ = 0;
   std::set<std::pair<std::string_view, std::string>> told_keys_;
-  VsomeipSettings settings_;
+  std::vector<VsomeipHost> hosts_;
+  std::size_t host_ = 0;
+  std::vector<std::size_t> hosts_of_instances_;
   std::vector<Protected> protected_;
   std::uint32_t file_ = 0;
   Problems* problems_ = nullptr;
+  Contradictions contradictions_{model_, [this](const Place& place, std::string text) {
+                                   problems_->error(place.mark, std::move(text));
+                                 }};
 };
 
 template <typename Each>

@@ -310,6 +310,40 @@ TEST(ReadFidl, TakesTheCoreDeploymentOfAnInstanceForMoreOfIt) {
   }
 }
 
+/// Which join() compares, if the file says so.
+TEST(ReadFidl, NotesWhereTransportsAndPortsAreSaid) {
+  const Reading reading =
+      deployed("method m { }\nbroadcast b { }\nbroadcast c { }",
+               "method m { SomeIpMethodID = 1\nSomeIpReliable = false }\n"
+               "broadcast b { SomeIpEventID = 32769 SomeIpEventGroups = { 1 }\nSomeIpReliable = true }",
+               v2,
+               std::string{spec} +
+                   "provider as P { instance a.b.I { InstanceId = \"x\"\nSomeIpInstanceID = 1\n"
+                   "SomeIpUnreliableUnicastPort = 31000 } }");
+  ASSERT_THAT(told(reading), IsEmpty());
+  const Service& service = reading.model.services.at(0);
+  EXPECT_EQ(service.methods[0].request_transfer.transport_at, (Place{0, {6, 1}}));
+  EXPECT_EQ(service.events[0].transfer.transport_at, (Place{0, {8, 1}}));
+  EXPECT_EQ(service.events[0].transfer.retention_at, std::nullopt);
+  EXPECT_EQ(service.events[1].transfer.transport_at, std::nullopt);
+  EXPECT_EQ(reading.model.instances.at(0).said_at.at("udp_port"), (Place{0, {12, 1}}));
+}
+
+TEST(ReadFidl, TellsOfAnInstanceThatIsDeployedWithTwoIds) {
+  const auto two = [](const char* second) {
+    return deployed("", "", v2,
+                    std::string{spec} +
+                        "provider as P {\ninstance a.b.I { InstanceId = \"x\" SomeIpInstanceID = 1 "
+                        "}\ninstance a.b.I { InstanceId = \"x\" SomeIpInstanceID = " +
+                        second + " }\n}");
+  };
+  EXPECT_THAT(
+      told(two("2")),
+      ElementsAre("I.fdepl:9:35: error: instance 'x' of a.b.I has the SomeIpInstanceID 0x0002 here, but "
+                  "0x0001 at I.fdepl:8:35: make them the same, or take one of them out"));
+  EXPECT_THAT(told(two("1")), IsEmpty());
+}
+
 TEST(ReadFidl, ComputesConstantsOfEachType) {
   const Reading reading = read({{"K.fidl", R"(package p
     typeCollection T { version { major 1 minor 0 }
