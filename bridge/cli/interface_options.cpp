@@ -75,12 +75,15 @@ void InterfaceOptions::load() {
   }
   std::vector<documents::Problem> problems;
   const std::vector<describe::SourceText> texts = describe::load_sources(files_, problems);
-  if (!problems.empty()) {
-    print(problems);
+  print(problems);
+  const auto is_error = [](const documents::Problem& one) {
+    return one.severity == documents::Problem::Severity::error;
+  };
+  if (const auto first = std::ranges::find_if(problems, is_error); first != problems.end()) {
     throw CLI::ValidationError(
         "--interfaces",
         fmt::format("{} cannot be read (it takes all that follows: write it behind the other arguments)",
-                    problems.front().file));
+                    first->file));
   }
   describe::IdLock lock;
   describe::System system = make_system(read_sources(texts, describe::file_loader()), lock);

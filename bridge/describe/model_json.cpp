@@ -694,6 +694,12 @@ Json to_json(const Model& model, bool with_places) {
   return json;
 }
 
+bool is_model(std::span<const std::string_view> names) {
+  return std::ranges::all_of(
+      std::array{"services", "types", "instances", "machines"},
+      [&](std::string_view one) { return std::ranges::find(names, one) != names.end(); });
+}
+
 std::string to_json_text(const Model& model, bool with_places) {
   return dump(to_json(model, with_places), 2) + "\n";
 }

@@ -1,6 +1,8 @@
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/describe/model.hpp"
@@ -14,6 +16,9 @@ namespace trestle::describe {
 
 /// to_json() as text with an indent of two spaces and a line end. Bytes that are no UTF-8 become U+FFFD.
 [[nodiscard]] std::string to_json_text(const Model& model, bool with_places = false);
+
+/// Whether the outermost object of a JSON text is a model: it has these members.
+[[nodiscard]] bool is_model(std::span<const std::string_view> names);
 
 /// A text that is the same for models that mean the same: neither the order of types, services and their
 /// elements counts, nor indices, places, and how often the same type is there. For comparisons; its form is

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <set>
 #include <stdexcept>
 
 #include "bridge/cli/exit_status.hpp"
@@ -13,6 +14,8 @@
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/join.hpp"
 #include "bridge/describe/lower.hpp"
+#include "bridge/describe/sources/sources.hpp"
+#include "bridge/documents/document.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
@@ -77,6 +80,41 @@ bool write_file(const fs::path& path, const std::string& text) {
     throw std::runtime_error{fmt::format("{} cannot be written", path.string())};
   }
   return true;
+}
+
+/// @throws CLI::ValidationError when a source would be written over.
+void check_not_over_sources(const GenerateArguments& arguments, const std::vector<std::string>& files) {
+  std::error_code error;
+  std::set<fs::path> sources;
+  for (const std::string& one : arguments.sources.files()) {
+    sources.insert(fs::weakly_canonical(one, error));
+  }
+  for (const std::string& one : files) {
+    const fs::path path = fs::path{arguments.folder} / one;
+    if (sources.contains(fs::weakly_canonical(path, error))) {
+      throw CLI::ValidationError{
+          "-o",
+          fmt::format("{} is a source, and would be written over: expected another folder", path.string())};
+    }
+  }
+}
+
+/// Notes in the folder what is written there: folders are read without it.
+/// @param files  paths from there.
+void keep_generated_list(const fs::path& folder, std::vector<std::string> files) {
+  const fs::path list = folder / describe::generated_list_name;
+  std::error_code error;
+  if (fs::exists(list, error)) {
+    for (std::string& before :
+         describe::read_generated_list(documents::read_text_file(list.string()).value_or(std::string{}))) {
+      if (fs::exists(folder / before, error)) {
+        files.push_back(std::move(before));  // of other targets
+      }
+    }
+  }
+  std::ranges::sort(files);
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  write_file(list, describe::generated_list(files));
 }
 
 /// Where a route file finds its types, seen from the folder that it is written to.
@@ -218,6 +256,16 @@ int run_generate(GenerateArguments& arguments) {
   if (arguments.folder.empty() && (results.size() > 1 || results.front().second.files.size() > 1)) {
     throw CLI::ValidationError{"-o", "is needed: there is more than one file to write"};
   }
+  std::vector<std::string> written;
+  for (const auto& [one, result] : results) {
+    for (const describe::TextFile& file : result.files) {
+      written.push_back(fs::path{file.path}.lexically_normal().generic_string());
+    }
+  }
+  if (!arguments.folder.empty() && !written.empty()) {
+    check_not_over_sources(arguments, written);
+    keep_generated_list(arguments.folder, std::move(written));
+  }
   for (const auto& [one, result] : results) {
     for (const describe::TextFile& file : result.files) {
       if (arguments.folder.empty()) {
@@ -301,6 +349,7 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
   command->footer(
       source_forms() + "\n\nTargets:" + names +
       "\n\nIds that the sources do not give are chosen, and kept in DIR/ids.lock for the next run.\n"
+      "DIR/generated.lock lists what was written: a folder that is a source is read without it.\n"
       "docs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
       "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"

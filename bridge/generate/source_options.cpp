@@ -202,6 +202,9 @@ SourceArguments::Opened SourceArguments::open() const {
 
 describe::System SourceArguments::read(const Change& change) {
   Opened opened = open();
+  for (const describe::SourceText& text : opened.texts) {
+    files_.push_back(text.name);
+  }
   describe::Reading reading =
       describe::read_sources(opened.texts, describe::file_loader(),
                              {.set_event_bit = !keep_event_ids_, .type_folders = type_folders_});

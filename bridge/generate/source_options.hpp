@@ -67,6 +67,9 @@ class SourceArguments {
   /// @throws std::runtime_error when it cannot be written.
   void keep_ids() const;
 
+  /// The files that read() has read, those of folders included.
+  [[nodiscard]] const std::vector<std::string>& files() const noexcept { return files_; }
+
   std::vector<std::string> sources{};
   std::string lock_file{};
   describe::SystemOptions options{};
@@ -88,6 +91,7 @@ class SourceArguments {
   std::vector<std::string> type_folders_{};
   double seconds_ = 5;
   std::string text_before_{};
+  std::vector<std::string> files_{};
   describe::IdLock lock_{};
 };
 

@@ -498,12 +498,18 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   const std::vector<describe::SourceText> sources =
       describe::load_sources(paths_of(interfaces, file, marks, problems), unreadable);
   for (const documents::Problem& problem : unreadable) {
-    const auto at = marks.find(problem.file);
+    const auto found = marks.find(problem.file);
+    const documents::Mark at = found == marks.end() ? mark : found->second;
     std::error_code error;
     const bool is_there = std::filesystem::exists(problem.file, error);
-    problems.error(at == marks.end() ? mark : at->second,
-                   fmt::format("interfaces: {} {}{}", documents::quote_path(problem.file), problem.text,
-                               is_there ? "" : "; names are taken from the folder of this file"));
+    const std::string text =
+        fmt::format("interfaces: {} {}{}", documents::quote_path(problem.file), problem.text,
+                    is_there ? "" : "; names are taken from the folder of this file");
+    if (problem.severity == documents::Problem::Severity::error) {
+      problems.error(at, text);
+    } else {
+      problems.warning(at, text);
+    }
   }
   // What is wrong with the others is told as well, but where nothing is there, no more is to be said.
   if (problems.has_errors() && sources.empty()) {

@@ -6,15 +6,21 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <optional>
+#include <set>
 #include <sstream>
 #include <utility>
 
 #include "bridge/describe/join.hpp"
+#include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/arxml/arxml.hpp"
 #include "bridge/describe/read/fidl/read_fidl.hpp"
+#include "bridge/describe/read/vsomeip/json_tree.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
 #include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/documents/problems.hpp"
+#include "bridge/documents/quote_path.hpp"
 #include "bridge/documents/utf8.hpp"
 
 namespace trestle::describe {
@@ -57,6 +63,59 @@ tl::expected<std::string, std::string> load_file(const std::string& name, std::s
   return text;
 }
 
+SourceKind kind_of_json(std::string_view text) {
+  const auto names = names_of_root(text);
+  if (names && is_model(*names)) {
+    return SourceKind::model;
+  }
+  return !names || is_vsomeip(text) ? SourceKind::vsomeip : SourceKind::unknown;
+}
+
+constexpr std::string_view generated_list_head =
+    "# What `trestle generate` wrote here. A folder that is a source is read without these files.\n";
+
+/// What is in a folder and below.
+struct Folder {
+  std::vector<std::string> sources{};    ///< sorted
+  std::vector<std::string> generated{};  ///< likewise: those that `trestle generate` wrote
+  std::error_code error{};
+};
+
+Folder look_into(const std::string& path) {
+  constexpr std::size_t most_bytes = std::size_t{16} << 20U;
+  Folder folder;
+  std::vector<std::string> names;
+  std::set<std::string, std::less<>> generated;
+  for (fs::recursive_directory_iterator at{path, fs::directory_options::skip_permission_denied, folder.error},
+       end;
+       !folder.error && at != end; at.increment(folder.error)) {
+    if (!at->is_regular_file(folder.error)) {
+      continue;
+    }
+    if (at->path().filename() == generated_list_name) {
+      for (const std::string& one :
+           read_generated_list(load_file(at->path().string(), most_bytes, "").value_or(std::string{}))) {
+        generated.insert((at->path().parent_path() / one).lexically_normal().string());
+      }
+    } else if (kind_of(at->path().string(), {}) != SourceKind::unknown) {
+      names.push_back(at->path().string());
+    }
+  }
+  std::ranges::sort(names);
+  for (std::string& name : names) {
+    const bool is_ours = !generated.empty() && generated.contains(fs::path{name}.lexically_normal().string());
+    (is_ours ? folder.generated : folder.sources).push_back(std::move(name));
+  }
+  return folder;
+}
+
+/// "a.json and 3 others"
+std::string some_of(const std::vector<std::string>& names) {
+  const std::string first = documents::quote_path(names.front());
+  const std::size_t others = names.size() - 1;
+  return others == 0 ? first : fmt::format("{} and {} other{}", first, others, others == 1 ? "" : "s");
+}
+
 void add(Reading& to, Reading from) {
   append(to.model, std::move(from.model));
   to.problems.insert(to.problems.end(), std::make_move_iterator(from.problems.begin()),
@@ -65,10 +124,32 @@ void add(Reading& to, Reading from) {
 
 }  // namespace
 
+std::string generated_list(std::span<const std::string> files) {
+  std::string text{generated_list_head};
+  for (const std::string& file : files) {
+    text += file + "\n";
+  }
+  return text;
+}
+
+std::vector<std::string> read_generated_list(std::string_view text) {
+  std::vector<std::string> files;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const fs::path path{text.substr(0, end)};
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const fs::path normal = path.lexically_normal();
+    if (!path.empty() && !path.is_absolute() && *normal.begin() != ".." && !path.string().starts_with('#')) {
+      files.push_back(normal.string());
+    }
+  }
+  return files;
+}
+
 SourceKind kind_of(std::string_view name, std::string_view text) {
   for (const auto& [ending, kind] : endings) {
     if (name.ends_with(ending)) {
-      return kind;
+      return kind == SourceKind::vsomeip && !text.empty() ? kind_of_json(text) : kind;
     }
   }
   const std::string_view front = text.substr(0, 4096);
@@ -76,7 +157,7 @@ SourceKind kind_of(std::string_view name, std::string_view text) {
     return SourceKind::arxml;
   }
   const std::size_t first = front.find_first_not_of(" \t\r\n");
-  return first != std::string_view::npos && front[first] == '{' ? SourceKind::vsomeip : SourceKind::unknown;
+  return first != std::string_view::npos && front[first] == '{' ? kind_of_json(text) : SourceKind::unknown;
 }
 
 Reading read_sources(std::span<const SourceText> sources, const Load& load, const SourceOptions& options) {
@@ -89,11 +170,19 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
   std::array<std::vector<SourceText>, 4> by_kind;
   for (const SourceText& source : sources) {
     const SourceKind kind = kind_of(source.name, source.text);
-    if (kind == SourceKind::unknown) {
-      reading.problems.push_back({.file = source.name,
-                                  .mark = {},
-                                  .text = "is not an interface description: expected FIDL, FDEPL, ARXML, "
-                                          "vsomeip JSON, .msg, .srv, .action or .idl"});
+    if (kind == SourceKind::model || kind == SourceKind::unknown) {
+      const bool is_json = names_of_root(source.text).has_value();
+      const char* const text =
+          kind == SourceKind::model
+              ? "this is a model that `trestle generate --to json` wrote, which is not read again: name the "
+                "files that it was made of"
+          : is_json
+              ? "there is nothing of a vsomeip configuration: expected \"services\", \"clients\", "
+                "\"unicast\", \"service-discovery\" or another of its keys"
+              : "is not an interface description: expected FIDL, FDEPL, ARXML, vsomeip JSON, .msg, .srv, "
+                ".action or .idl";
+      reading.problems.push_back(
+          {.file = source.name, .mark = is_json ? documents::Mark{1, 1} : documents::Mark{}, .text = text});
     } else {
       SourceText& mended = by_kind.at(static_cast<std::size_t>(kind)).emplace_back(source);
       if (kind != SourceKind::arxml) {  // XML says itself how it is encoded
@@ -143,37 +232,68 @@ std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
                                      std::vector<documents::Problem>& problems, const SourceLimits& limits) {
   std::vector<SourceText> sources;
   std::size_t left = limits.all_bytes;
-  const auto load = [&](const std::string& name) {
+  const auto load = [&](const std::string& name) -> std::optional<SourceText> {
     const bool is_short = left < limits.file_bytes;
-    if (auto text = load_file(name, is_short ? left : limits.file_bytes,
-                              is_short ? ", which is what all files together may still have" : "")) {
-      left -= text->size();
-      sources.push_back({name, std::move(*text)});
-    } else {
+    auto text = load_file(name, is_short ? left : limits.file_bytes,
+                          is_short ? ", which is what all files together may still have" : "");
+    if (!text) {
       problems.push_back({.file = name, .mark = {}, .text = "cannot be read: " + text.error()});
+      return std::nullopt;
     }
+    return SourceText{name, std::move(*text)};
+  };
+  const auto take = [&](SourceText source) {
+    left -= source.text.size();
+    sources.push_back(std::move(source));
   };
   for (const std::string& path : paths) {
     std::error_code error;
     if (!fs::is_directory(path, error)) {
-      load(path);
+      if (auto source = load(path)) {
+        take(std::move(*source));
+      }
       continue;
     }
-    std::vector<std::string> names;
-    for (fs::recursive_directory_iterator at{path, fs::directory_options::skip_permission_denied, error}, end;
-         !error && at != end; at.increment(error)) {
-      const std::string name = at->path().string();
-      if (at->is_regular_file(error) && kind_of(name, {}) != SourceKind::unknown) {
-        names.push_back(name);
+    Folder folder = look_into(path);
+    if (folder.sources.empty()) {
+      folder.sources = std::exchange(folder.generated, {});  // who names it means these
+    }
+    const std::size_t taken_before = sources.size();
+    const std::size_t told_before = problems.size();
+    if (folder.error) {
+      problems.push_back({.file = path, .mark = {}, .text = "cannot be read: " + folder.error.message()});
+    }
+    std::vector<std::string> others;
+    for (const std::string& name : folder.sources) {
+      auto source = load(name);
+      if (!source) {
+        continue;
+      }
+      const bool is_json = kind_of(name, {}) == SourceKind::vsomeip;
+      if (is_json && kind_of(name, source->text) == SourceKind::model) {
+        folder.generated.push_back(name);
+      } else if (is_json && !is_vsomeip(source->text)) {
+        others.push_back(fs::path{name}.lexically_relative(path).string());
+      } else {
+        take(std::move(*source));
       }
     }
-    if (error) {
-      problems.push_back({.file = path, .mark = {}, .text = "cannot be read: " + error.message()});
-    } else if (names.empty()) {
+    if (sources.size() == taken_before && problems.size() == told_before) {
       problems.push_back({.file = path, .mark = {}, .text = "has no interface description in it"});
     }
-    std::ranges::sort(names);
-    std::ranges::for_each(names, load);
+    const auto leave_out = [&](const std::string& what) {
+      problems.push_back(
+          {.severity = documents::Problem::Severity::warning, .file = path, .mark = {}, .text = what});
+    };
+    if (!folder.generated.empty()) {
+      const std::size_t count = folder.generated.size();
+      leave_out(
+          fmt::format("has {} that `trestle generate` wrote, which {} left out: name what is to be read",
+                      count == 1 ? "a file" : fmt::format("{} files", count), count == 1 ? "is" : "are"));
+    }
+    if (!others.empty()) {
+      leave_out("has JSON with nothing of a vsomeip configuration, which is left out: " + some_of(others));
+    }
   }
   return sources;
 }
@@ -184,13 +304,8 @@ bool has_ros_files(const std::string& path) {
   if (!fs::is_directory(path, error)) {
     return is_ros(path);
   }
-  for (fs::recursive_directory_iterator at{path, fs::directory_options::skip_permission_denied, error}, end;
-       !error && at != end; at.increment(error)) {
-    if (is_ros(at->path().string()) && at->is_regular_file(error)) {
-      return true;
-    }
-  }
-  return false;
+  const Folder folder = look_into(path);
+  return std::ranges::any_of(folder.sources.empty() ? folder.generated : folder.sources, is_ros);
 }
 
 Load file_loader() {

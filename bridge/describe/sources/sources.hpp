@@ -17,10 +17,11 @@
 
 namespace trestle::describe {
 
-/// Which reader reads a file.
-enum class SourceKind : std::uint8_t { fidl, arxml, vsomeip, ros, unknown };
+/// Which reader reads a file. `model` is what `--to json` writes, which none reads.
+enum class SourceKind : std::uint8_t { fidl, arxml, vsomeip, ros, model, unknown };
 
-/// By the end of the name; where that says nothing, by the first characters of the text.
+/// By the end of the name; of JSON, and where the name says nothing, by the text. JSON without a text counts
+/// as vsomeip's, and so does what is broken.
 [[nodiscard]] SourceKind kind_of(std::string_view name, std::string_view text);
 
 struct SourceOptions {
@@ -48,7 +49,17 @@ struct SourceLimits {
   std::size_t all_bytes = std::size_t{512} << 20U;  ///< of all files together
 };
 
-/// Loads files; of folders all files in them, and below, whose names end like sources.
+/// In a folder that `trestle generate` has written to: the files that it wrote, one a line. So that what
+/// comes out of sources does not go in again, folders are read without these, unless they have nothing else.
+inline constexpr std::string_view generated_list_name = "generated.lock";
+/// The text of that file.
+/// @param files  paths from there, sorted.
+[[nodiscard]] std::string generated_list(std::span<const std::string> files);
+/// The paths in such a text, of which those that lead out of the folder are left out.
+[[nodiscard]] std::vector<std::string> read_generated_list(std::string_view text);
+
+/// Loads files; of folders all files in them, and below, whose names end like sources. Left out, with a
+/// warning, is what `trestle generate` wrote there, and JSON that is not vsomeip's.
 /// @return their texts, sorted by name within a folder; what cannot be read is a problem.
 [[nodiscard]] std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
                                                    std::vector<documents::Problem>& problems,

@@ -184,6 +184,68 @@ TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
   std::filesystem::remove_all(folder);
 }
 
+/// What comes out of sources does not go in again.
+TEST(LoadSources, LeavesOutWhatWasGenerated) {
+  const std::filesystem::path folder =
+      std::filesystem::path{testing::TempDir()} / ("generated_sources_" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "gen" / "p" / "msg");
+  const auto write = [&](const char* name, const std::string& text) { std::ofstream{folder / name} << text; };
+  write("Door.fidl", "package car\n");
+  write("gen/Door.fidl", "package car\n");
+  write("gen/p/msg/A.msg", "uint8 a\n");
+  write("gen/Mine.fidl", "package mine\n");
+  write("gen/generated.lock",
+        generated_list(std::vector<std::string>{"Door.fidl", "p/msg/A.msg", "../Door.fidl"}));
+  write("renamed.json", to_json_text(Model{}));
+  write("package.json", R"({"name": "door", "scripts": {"services": "x"}})");
+  write("list.json", "[]");
+  write("car.json", R"({"unicast": "10.0.0.1"})");
+  write("broken.json", R"({"services": [)");
+  const auto told = [&](const std::string& path) {
+    std::vector<documents::Problem> problems;
+    std::vector<std::string> all;
+    for (const SourceText& text : load_sources({(folder / path).string()}, problems)) {
+      all.push_back(text.name.substr(folder.string().size() + 1));
+    }
+    for (const documents::Problem& one : problems) {
+      all.push_back(documents::to_string(one).substr(folder.string().size() + 1));
+    }
+    return all;
+  };
+  EXPECT_THAT(told(""),
+              ElementsAre("Door.fidl", "broken.json", "car.json", "gen/Mine.fidl",
+                          ": warning: has 3 files that `trestle generate` wrote, which are left out: name "
+                          "what is to be read",
+                          ": warning: has JSON with nothing of a vsomeip configuration, which is left "
+                          "out: 'list.json' and 1 other"));
+  EXPECT_FALSE(has_ros_files(folder.string()));
+  // What is named is read, and so is a folder that has nothing else.
+  EXPECT_THAT(told("gen/Door.fidl"), ElementsAre("gen/Door.fidl"));
+  EXPECT_THAT(told("gen/p"), ElementsAre("gen/p/msg/A.msg"));
+  std::filesystem::remove(folder / "gen" / "Mine.fidl");
+  EXPECT_THAT(told("gen"), ElementsAre("gen/Door.fidl", "gen/p/msg/A.msg"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ReadSources, KnowsJsonByWhatIsInIt) {
+  const auto told = [](const char* name, const std::string& text) {
+    const std::vector<SourceText> sources{{name, text}};
+    const Reading reading = read_sources(sources, {});
+    return reading.problems.empty() ? std::string{} : documents::to_string(reading.problems[0]);
+  };
+  EXPECT_EQ(told("model.json", to_json_text(Model{})),
+            "model.json:1:1: error: this is a model that `trestle generate --to json` wrote, which is not "
+            "read again: name "
+            "the files that it was made of");
+  EXPECT_THAT(
+      told("package.json", R"({"name": "door"})"),
+      HasSubstr(
+          "package.json:1:1: error: there is nothing of a vsomeip configuration: expected \"services\""));
+  EXPECT_EQ(told("vsomeip", R"({"clients": []})"), "");
+  EXPECT_THAT(told("a.json", R"({"services": [)"), HasSubstr("a.json:1:15: error"));
+  EXPECT_THAT(told("a.json", "[]"), HasSubstr("a.json:1:1: error: expected a vsomeip configuration"));
+}
+
 TEST(LoadSources, RefusesMoreThanItsLimits) {
   const std::filesystem::path folder =
       std::filesystem::path{testing::TempDir()} / ("large_sources_" + std::to_string(getpid()));

@@ -133,6 +133,60 @@ class Generate(unittest.TestCase):
         self.assertNotIn("wrote", errors)
         self.assertEqual({path: (path.read_text(), path.stat().st_mtime_ns) for path in (self.folder / "out").iterdir()}, before)
 
+    def test_does_not_read_what_it_wrote(self):
+        """Into the folder that it reads: the second time there is the same, and no service more."""
+        folder = self.door()
+        for _ in range(2):
+            arguments = ["generate", folder, "--to", "routes,msg,fidl,vsomeip,arxml,json", "-o", folder / "gen"]
+            status, _, errors = run(*arguments)
+            self.assertEqual(status, 0, errors)
+        self.assertRegex(errors, rf"{folder}: .*warning: .*has \d+ files that `trestle generate` wrote, which are left out")
+        self.assertEqual([line for line in errors.splitlines() if line.startswith("wrote")], [])
+        services = json.loads((folder / "gen" / "model.json").read_text())["services"]
+        self.assertEqual([service["name"] for service in services], ["Door"])
+        # A route file beside them.
+        routes = folder / "own.yaml"
+        routes.write_text("someip: {address: 127.0.0.1}\ninterfaces: [.]\ngenerate: all\n")
+        status, output, errors = run("check", routes)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("5 routes, 8 methods", output)
+        self.assertEqual(errors.count("`trestle generate` wrote"), 1, errors)
+        # What is named is read.
+        status, _, errors = run("generate", folder / "gen" / "interfaces.arxml", "--to", "json")
+        self.assertEqual(status, 0, errors)
+        status, _, errors = run("generate", folder / "gen" / "model.json", "--to", "json")
+        self.assertEqual(status, 2)
+        self.assertIn("model.json:1:1: error: this is a model that `trestle generate --to json` wrote", errors)
+
+    def test_writes_no_file_over_a_source(self):
+        folder = self.door()
+        self.assertEqual(run("generate", folder, "--to", "fidl", "-o", folder / "gen", "-q")[0], 0)
+        made = {path: path.read_text() for path in (folder / "gen").rglob("*")}
+        file = next(path for path in made if path.suffix == ".fidl")
+        status, _, errors = run("generate", folder / "gen", "--to", "fidl", "-o", folder / "gen")
+        self.assertEqual(status, 2, errors)
+        self.assertIn("is a source, and would be written over: expected another folder", errors)
+        self.assertIn(file.name, errors)
+        self.assertEqual({path: path.read_text() for path in (folder / "gen").rglob("*")}, made)
+
+    def test_tells_of_contradicting_deployments(self):
+        """FIDL, FDEPL and vsomeip JSON of one service, with values that cannot both be true."""
+        folder = self.door()
+        config = folder / "car.json"
+        config.write_text(json.dumps({"unicast": "192.168.1.77", "services": [
+            {"service": "0x4711", "instance": "1", "unreliable": "31999", "reliable": {"port": "31998"}}]}, indent=1))
+        status, _, errors = run("generate", folder, "--to", "routes", "-o", folder / "gen")
+        self.assertEqual(status, 2, errors)
+        self.assertRegex(errors, r"car.json:\d+:\d+: error: instance 0x0001 of car.Door has the UDP port 31999 here, but \d+ at \S*Door.fdepl:\d+:\d+: make them the same")
+        self.assertFalse((folder / "gen").exists())
+        # Two deployments of one instance.
+        config.unlink()
+        text = (folder / "Door.fdepl").read_text()
+        (folder / "Other.fdepl").write_text(re.sub(r"(UnicastPort *= *)\d+", r"\g<1>31997", text))
+        status, _, errors = run("generate", folder, "--to", "json")
+        self.assertEqual(status, 2, errors)
+        self.assertRegex(errors, r"Other.fdepl:\d+:\d+: error: instance 0x0001 of car.Door has the (UDP|TCP) port 31997 here, but \d+ at \S*Door.fdepl")
+
     def test_reads_what_it_writes(self):
         for target, file in (("fidl", "."), ("arxml", "interfaces.arxml")):
             out = self.folder / target
