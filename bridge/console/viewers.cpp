@@ -586,8 +586,7 @@ class Viewers::State {
 };
 
 Viewers::Viewers(asio::io_context& bridge, ViewerSources sources)
-    : bridge_{bridge},
-      feed_{std::make_shared<Feed>(Feed{std::move(sources)})},
+    : feed_{std::make_shared<Feed>(Feed{std::move(sources)})},
       state_{std::make_unique<State>(bridge, feed_)} {}
 
 Viewers::~Viewers() {

@@ -53,7 +53,6 @@ class Viewers {
  private:
   class State;
   struct Feed;
-  boost::asio::io_context& bridge_;
   std::shared_ptr<Feed> feed_;
   std::unique_ptr<State> state_;
 };
