@@ -133,11 +133,13 @@ std::optional<std::int64_t> Types::whole(const Expression& expression, const Sco
       if (found->constant == nullptr) {
         return enumerator(*found->enumeration, found->enumerator, deep + 1);
       }
-      const auto [known, is_new] = wholes_.emplace(found->constant, std::nullopt);
-      if (is_new) {
-        known->second = whole(found->constant->value, found->scope, deep + 1);
-      }
-      return known->second;
+      return follow(expression.place, *found->constant, [&] {
+        const auto [known, is_new] = wholes_.emplace(found->constant, std::nullopt);
+        if (is_new) {
+          known->second = whole(found->constant->value, found->scope, deep + 1);
+        }
+        return known->second;
+      });
     }
     case Expression::Kind::real:
     case Expression::Kind::truth:
@@ -152,6 +154,28 @@ std::optional<std::int64_t> Types::whole(const Expression& expression, const Sco
 const Constantlike* Types::constant_of(const Expression& expression, const Scope& scope) {
   const Constantlike* const found = ++steps_ > most_steps ? nullptr : names_.value(expression.text, scope);
   return found == nullptr || found->constant == nullptr ? nullptr : found;
+}
+
+/// What is computed of a constant by its name; nothing, and an error, while that constant is computed itself.
+template <typename Compute>
+auto Types::follow(Place name, const ConstantTree& constant, Compute compute) -> decltype(compute()) {
+  const auto begin = std::ranges::find(open_, &constant);
+  if (begin != open_.end()) {
+    constexpr std::ptrdiff_t most_names = 10;
+    std::string others;
+    for (auto at = begin + 1; at != open_.end() && at - begin <= most_names; ++at) {
+      others += (others.empty() ? ", through " : ", ") + documents::quote((*at)->name.text);
+    }
+    findings_.error(name, fmt::format("the constants form a cycle: {} refers to itself{}{}",
+                                      documents::quote(constant.name.text), others,
+                                      open_.end() - begin > most_names + 1 ? " and others" : ""));
+    in_cycles_.insert(begin, open_.end());
+    return {};
+  }
+  open_.push_back(&constant);
+  auto result = compute();
+  open_.pop_back();
+  return result;
 }
 
 /// What constants and their parts, "a", "a->b" and "a->b->c", are declared as in the end; null: nothing.
@@ -228,7 +252,9 @@ std::optional<double> Types::real(const Expression& expression, const Scope& sco
       }
       const Constantlike* const found =
           expression.kind == Expression::Kind::name ? constant_of(expression, scope) : nullptr;
-      return found == nullptr ? std::nullopt : real(found->constant->value, found->scope, deep + 1);
+      return found == nullptr ? std::nullopt : follow(expression.place, *found->constant, [&] {
+        return real(found->constant->value, found->scope, deep + 1);
+      });
     }
     case Expression::Kind::truth:
     case Expression::Kind::compound:
@@ -250,7 +276,9 @@ std::optional<bool> Types::truth(const Expression& expression, const Scope& scop
       return sign == "true";
     case Expression::Kind::name: {
       const Constantlike* const found = constant_of(expression, scope);
-      return found == nullptr ? std::nullopt : truth(found->constant->value, found->scope, deep + 1);
+      return found == nullptr ? std::nullopt : follow(expression.place, *found->constant, [&] {
+        return truth(found->constant->value, found->scope, deep + 1);
+      });
     }
     case Expression::Kind::unary: {
       if (const Used named = part_named(expression, scope, deep); named.expression != nullptr) {
@@ -294,9 +322,16 @@ std::optional<bool> Types::truth(const Expression& expression, const Scope& scop
 }
 
 std::string Types::constant_text(const Expression& expression, const Scope& scope, int deep) {
+  const auto left_out = [&](const std::string& why) {
+    if (!in_cycles_.contains(open_.back())) {
+      findings_.warning(expression.place, fmt::format("the value of the constant {}, and is left out", why));
+    }
+    return std::string{};
+  };
   if (deep > deepest_expression) {
-    return {};
+    return left_out(fmt::format("is made of constants more than {} deep", deepest_expression));
   }
+  constexpr std::size_t most_bytes = 1'000'000;
   switch (expression.kind) {
     case Expression::Kind::real:
     case Expression::Kind::truth:
@@ -324,7 +359,8 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
         return {};
       }
       if (found->constant != nullptr) {
-        return constant_text(found->constant->value, found->scope, deep + 1);
+        return follow(expression.place, *found->constant,
+                      [&] { return constant_text(found->constant->value, found->scope, deep + 1); });
       }
       break;
     }
@@ -333,8 +369,11 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
       for (std::size_t i = 0; i < expression.parts.size(); ++i) {
         const std::string part = constant_text(expression.parts[i], scope, deep + 1);
         all += fmt::format("{}{}: {}", i == 0 ? "" : ", ", json_text(expression.names[i].text), part);
-        if (part.empty() || all.size() > 1'000'000) {
+        if (part.empty()) {
           return {};
+        }
+        if (all.size() > most_bytes) {
+          return left_out("is too long");
         }
       }
       return "{" + all + "}";
@@ -348,8 +387,11 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
             step == 1 ? first : constant_text(expression.parts[i + 1], scope, deep + 1);
         all += i == 0 ? "" : ", ";
         all += step == 1 ? first : fmt::format("[{}, {}]", first, second);
-        if (first.empty() || second.empty() || all.size() > 1'000'000) {
+        if (first.empty() || second.empty()) {
           return {};
+        }
+        if (all.size() > most_bytes) {
+          return left_out("is too long");
         }
       }
       return "[" + all + "]";
@@ -368,14 +410,17 @@ std::string Types::constant_text(const Expression& expression, const Scope& scop
   if (const auto value = truth(expression, scope, deep)) {
     return *value ? "true" : "false";
   }
-  findings_.warning(expression.place, "the value of the constant cannot be computed, and is left out");
-  return {};
+  return left_out("cannot be computed");
 }
 
 void Types::constants() {
   for (const Collection& collection : names_.collections()) {
     for (const ConstantTree& tree : collection.scope.in->constants) {
       const Value use = this->use(tree.type, collection.scope, {}, collection.version);
+      if (in_cycles_.contains(&tree)) {
+        continue;  // told with another one of its cycle
+      }
+      open_ = {&tree};
       std::string value = constant_text(tree.value, collection.scope);
       if (use.type == no_type || value.empty()) {
         continue;

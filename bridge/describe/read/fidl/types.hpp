@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,6 +68,8 @@ class Types {
   /// An expression and where its names are used.
   struct Used {
     const Expression* expression = nullptr;
+  template <typename Compute>
+  auto follow(Place name, const ConstantTree& constant, Compute compute) -> decltype(compute());
     const Scope* scope = nullptr;
   };
   [[nodiscard]] Used meant(const Expression& expression, const Scope& scope, int deep);
@@ -92,4 +95,6 @@ class Types {
   bool integer_told_ = false;  ///< that Integer is Int32
 };
 
+  std::vector<const ConstantTree*> open_;  ///< constants that are being computed, each of the one before
+  std::set<const ConstantTree*> in_cycles_;
 }  // namespace trestle::describe::fidl

@@ -659,6 +659,50 @@ TEST(ReadFidl, EndsSoonWithPartsOfConstantsThatGoRound) {
                    .empty());
 }
 
+TEST(ReadFidl, TellsOfConstantsThatReferToEachOtherInACycle) {
+  const Reading reading = read({{"A.fidl", R"(package a typeCollection T {
+    const UInt8 a = b
+    const UInt8 b = 1 + c
+    const UInt8 c = -a
+    const UInt8 own = own
+    const UInt8 uses = a
+    struct P { UInt8 x }
+    array Ps of P
+    const P p = { x: q->x }
+    const P q = { x: 5 }
+    const Ps list = [ p, q, r ]
+    const P r = { x: last }
+    const UInt8 last = 2 * last
+    const Boolean no = !no || false
+    const Double real = 1.5d * real
+    const UInt8 good = 7 })"}},
+                               {"A.fidl"});
+  EXPECT_FALSE(reading.ok());
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre("A.fidl:4:22: error: the constants form a cycle: 'a' refers to itself, through 'b', 'c'",
+                  "A.fidl:5:23: error: the constants form a cycle: 'own' refers to itself",
+                  "A.fidl:13:28: error: the constants form a cycle: 'last' refers to itself",
+                  "A.fidl:14:25: error: the constants form a cycle: 'no' refers to itself",
+                  "A.fidl:15:32: error: the constants form a cycle: 'real' refers to itself"));
+  std::vector<std::string> names;
+  for (const Constant& one : reading.model.constants) {
+    names.push_back(one.name);
+  }
+  EXPECT_THAT(names, ElementsAre("p", "q", "good"));
+}
+
+TEST(ReadFidl, TellsOfConstantsThatItLeavesOut) {
+  std::string chain = "package p typeCollection T { const UInt64 c0 = 1\n";
+  for (int i = 1; i <= 120; ++i) {
+    chain += "const UInt64 c" + std::to_string(i) + " = c" + std::to_string(i - 1) + "\n";
+  }
+  const Reading reading = read({{"A.fidl", chain + "}"}}, {"A.fidl"});
+  EXPECT_THAT(told(reading),
+              Contains(HasSubstr("warning: the value of the constant is made of constants more "
+                                 "than 100 deep, and is left out")));
+}
+
 TEST(ReadFidl, TellsAllErrorsOfAFileAtOnce) {
   EXPECT_THAT(problems("attribute UInt8\nstruct S { 7 }\nmethod m { in { x } }\nattribute Nothing n", ""),
               SizeIs(4));
