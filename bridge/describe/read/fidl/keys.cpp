@@ -142,13 +142,16 @@ std::string shown(const Node& node) {
                              : documents::quote(node.target.text);
 }
 
-void check(const Node& node, std::string_view parent, const std::vector<std::string>& declared,
+void check(const Node& node, std::string_view parent, const std::vector<DeclaredKeys*>& declared,
            Problems& findings) {
   const std::string_view hosts = hosts_of(node, parent);
   for (const Setting& setting : node.settings) {
     const auto found = table().find(setting.key.text);
     if (found == table().end()) {
-      if (!std::ranges::binary_search(declared, setting.key.text)) {
+      const auto declares = [&](const DeclaredKeys* one) { return one->keys.contains(setting.key.text); };
+      if (const auto own = std::ranges::find_if(declared, declares); own != declared.end()) {
+        (*own)->unread.insert(setting.key.text);
+      } else {
         findings.warning(setting.key.place, fmt::format("the key {} is not known, and is left out{}",
                                                         documents::quote(setting.key.text),
                                                         hint(setting.key.text, known_keys())));
@@ -217,7 +220,7 @@ bool is_known_specification(std::string_view name) {
          name == "org.genivi.commonapi.someip" || name == "org.genivi.commonapi.core";
 }
 
-void check_keys(const Node& deployment, const std::vector<std::string>& declared, Problems& findings) {
+void check_keys(const Node& deployment, const std::vector<DeclaredKeys*>& declared, Problems& findings) {
   check(deployment, "", declared, findings);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,9 +15,18 @@ namespace trestle::describe::fidl {
 /// All of them, sorted.
 [[nodiscard]] const std::vector<std::string>& known_keys();
 
+/// The keys of a specification among the files.
+struct DeclaredKeys {
+  Name specification{};
+  std::string base{};  ///< the specification that it extends
+  std::set<std::string, std::less<>> keys{};
+  std::set<std::string, std::less<>> unread{};  ///< those that a deployment has, and nobody knows
+};
+
 /// Warns of keys that nobody knows, or that mean nothing where they stand, in the element and all within it.
-/// @param declared  keys of specifications among the files; of them nothing is said. Sorted.
-void check_keys(const Node& deployment, const std::vector<std::string>& declared, Problems& findings);
+/// @param declared  that of the deployment and those that it extends; what one of them declares is put into
+/// its `unread`
+void check_keys(const Node& deployment, const std::vector<DeclaredKeys*>& declared, Problems& findings);
 
 /// Reads values; anything else than a value of the kind is an error.
 [[nodiscard]] std::optional<std::int64_t> number_of(const Setting& setting, std::int64_t min,

@@ -17,12 +17,26 @@ namespace {
 constexpr std::size_t most_hints = 3000;
 /// Members that interfaces have of those that they extend, of all interfaces together.
 constexpr std::size_t most_inherited = 200'000;
-/// Enumerations that extend each other, where a name is looked for.
-constexpr int most_bases = 50;
+/// Enumerations, or specifications, that extend each other, where a name is looked for.
+constexpr std::size_t most_bases = 50;
 
 std::string joined(std::string_view scope, std::string_view name) {
   return scope.empty() || name.empty() ? std::string{scope} + std::string{name}
                                        : fmt::format("{}.{}", scope, name);
+}
+
+/// "A, B, C", of many the first ones.
+std::string listed(const std::set<std::string, std::less<>>& names) {
+  constexpr std::size_t most_names = 20;
+  std::string all;
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    if (++count > most_names) {
+      return fmt::format("{} and {} more", all, names.size() - most_names);
+    }
+    all += (all.empty() ? "" : ", ") + name;
+  }
+  return all;
 }
 
 std::tuple<std::string_view, std::string_view> sort_key(const Node& node) {
@@ -175,37 +189,40 @@ void Names::find_lines() {
 }
 
 void Names::deploy() {
-  std::vector<std::string> declared;
-  std::map<std::string, std::string, std::less<>> bases;
+  std::map<std::string, DeclaredKeys, std::less<>> specifications;
   for (const FdeplSource& source : sources_.fdepl) {
     for (const SpecificationTree& specification : source.tree.specifications) {
-      declared.insert(declared.end(), specification.keys.begin(), specification.keys.end());
-      bases[specification.name.text] = specification.base.text;
+      const auto [found, is_new] = specifications.try_emplace(
+          specification.name.text, DeclaredKeys{specification.name, specification.base.text});
+      found->second.keys.insert(specification.keys.begin(), specification.keys.end());
     }
   }
-  std::ranges::sort(declared);
-  const auto is_known = [&](std::string name) {
-    for (std::size_t steps = 0; steps <= bases.size(); ++steps) {
-      if (is_known_specification(name)) {
-        return true;
+  // A specification and those that it extends, as far as they are here; whether CommonAPI's is among them.
+  const auto line_of = [&](std::string name) {
+    std::vector<DeclaredKeys*> line;
+    while (line.size() < most_bases) {
+      const auto found = specifications.find(name);
+      if (found != specifications.end()) {
+        line.push_back(&found->second);
       }
-      const auto base = bases.find(name);
-      if (base == bases.end()) {
-        return false;
+      if (found == specifications.end() || is_known_specification(name)) {
+        break;
       }
-      name = base->second;
+      name = found->second.base;
     }
-    return false;
+    return std::pair{line, is_known_specification(name)};
   };
   bool first = true;
   for (const FdeplSource& source : sources_.fdepl) {
     bool told = false;
     for (const Node& node : source.tree.deployments) {
-      if (!is_known(node.specification.text)) {
+      const auto [line, is_known] = line_of(node.specification.text);
+      if (!is_known) {
         if (node.specification.text.find("dbus") == std::string::npos) {
-          findings_.warning(node.specification.place,
-                            fmt::format("deployments of {} are left out: they are not of CommonAPI's SOME/IP",
-                                        documents::quote(node.specification.text)));
+          findings_.warning_once(
+              "deployments of " + node.specification.text, node.specification.place,
+              fmt::format("deployments of {} are left out: they are not of CommonAPI's SOME/IP",
+                          documents::quote(node.specification.text)));
         }
         continue;
       }
@@ -222,8 +239,17 @@ void Names::deploy() {
       }
       Node copy = node;
       resolve(copy, source.version == 0 ? 2 : source.version, sources_.names, findings_);
-      check_keys(copy, declared, findings_);
+      check_keys(copy, line, findings_);
       deploy(copy, source.tree);
+    }
+  }
+  for (const auto& [name, own] : specifications) {
+    if (!own.unread.empty()) {
+      findings_.warning(
+          own.specification.place,
+          fmt::format("of the keys that the specification {} declares, these are not known, and "
+                      "are left out where deployments have them: {}",
+                      documents::quote(name), listed(own.unread)));
     }
   }
   for (auto& [name, node] : deployed_) {
@@ -445,7 +471,7 @@ const Constantlike* Names::inherited(const std::string& name) const {
     return nullptr;
   }
   auto type = types_by_name_.find(name.substr(0, dot));
-  for (int deep = 0; deep < most_bases && type != types_by_name_.end(); ++deep) {
+  for (std::size_t deep = 0; deep < most_bases && type != types_by_name_.end(); ++deep) {
     const Declared& declared = *type->second;
     const std::string_view base = declared.tree->base.text;
     type = types_by_name_.end();

@@ -703,6 +703,44 @@ TEST(ReadFidl, TellsOfConstantsThatItLeavesOut) {
                                  "than 100 deep, and is left out")));
 }
 
+/// Once for each specification, however often its keys are used.
+TEST(ReadFidl, TellsOfKeysOfASpecificationOfTheFilesOwn) {
+  const std::string own = std::string{v2} + R"(import "I.fidl"
+specification my.base extends org.genivi.commonapi.someip.deployment {
+  for attributes { Colour: Integer (default: 1); Unused: String; }
+}
+specification my.own extends my.base {
+  for attributes { Shape: { ROUND, SQUARE } (optional); SomeIpGetterID: Integer; }
+  for interfaces { Owner: String (optional); }
+}
+specification other.one { for attributes { Size: Integer; } }
+define my.own for interface p.I { SomeIpServiceID = 5 Owner = "me"
+  attribute a { SomeIpGetterID = 1 SomeIpSetterID = 2 Colour = 3 Shape = ROUND }
+  attribute b { SomeIpGetterID = 3 SomeIpSetterID = 4 Colour = 4 Size = 5 } }
+define other.one for interface p.J { attribute a { Size = 1 } }
+define other.one for interface p.K { attribute a { Size = 2 } }
+)";
+  const Reading reading = read({{"I.fidl",
+                                 "package p interface I { version { major 1 minor 0 } attribute UInt8 a "
+                                 "noSubscriptions attribute UInt8 "
+                                 "b noSubscriptions } interface J { version { major 1 minor 0 } attribute "
+                                 "UInt8 a } interface K { version "
+                                 "{ major 1 minor 0 } attribute UInt8 a }"},
+                                {"I.fdepl", own}},
+                               {"I.fdepl"});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_EQ(reading.model.services.at(0).fields.at(1).setter, someip::MethodId{4});
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre(
+          "I.fdepl:3:15: warning: of the keys that the specification 'my.base' declares, these are not "
+          "known, and are left out where deployments have them: Colour",
+          "I.fdepl:6:15: warning: of the keys that the specification 'my.own' declares, these are not "
+          "known, and are left out where deployments have them: Owner, Shape",
+          HasSubstr("I.fdepl:13:66: warning: the key 'Size' is not known, and is left out"),
+          HasSubstr("I.fdepl:14:8: warning: deployments of 'other.one' are left out")));
+}
+
 TEST(ReadFidl, TellsAllErrorsOfAFileAtOnce) {
   EXPECT_THAT(problems("attribute UInt8\nstruct S { 7 }\nmethod m { in { x } }\nattribute Nothing n", ""),
               SizeIs(4));
