@@ -17,55 +17,14 @@
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/generate/targets.hpp"
+#include "test/bridge/generate/interfaces.hpp"
 #include "test/bridge/generate/model_facts.hpp"
-#include "test/source_dir.hpp"
 
 namespace trestle::generate::round_trip_test {
 namespace {
 
 using ::testing::IsEmpty;
 namespace fs = std::filesystem;
-
-struct Interface {
-  std::string name;
-  std::string version;
-  std::string fidl;
-  std::map<std::string, std::string> deployed;  ///< by what for
-};
-
-std::vector<Interface> interfaces() {
-  std::vector<Interface> all;
-  std::ifstream in{test::source_dir() + "/test/bridge/generate/interfaces.txt"};
-  std::string* into = nullptr;
-  for (std::string line; std::getline(in, line);) {
-    if (line.starts_with("== ")) {
-      std::istringstream words{line.substr(3)};
-      Interface& one = all.emplace_back();
-      words >> one.name >> one.version;
-      into = &one.fidl;
-    } else if (line.starts_with("-- ")) {
-      into = &all.back().deployed[line.substr(3)];
-    } else if (into != nullptr) {
-      *into += line + "\n";
-    }
-  }
-  return all;
-}
-
-std::vector<describe::SourceText> texts_of(const Interface& one) {
-  const std::string specification = one.version == "1" ? "CommonAPI-SOMEIP" : "CommonAPI-4-SOMEIP";
-  const auto deployed = [&](const char* what) {
-    const auto found = one.deployed.find(what);
-    return found == one.deployed.end() ? std::string{} : found->second;
-  };
-  const std::string define = "define org.genivi.commonapi.someip.deployment for ";
-  return {
-      {"Car.fidl", "package car\ninterface Car {\nversion { major 1 minor 2 }\n" + one.fidl + "}\n"},
-      {"Car.fdepl", "import \"platform:/plugin/org.genivi.commonapi.someip/deployment/" + specification +
-                        "_deployment_spec.fdepl\"\nimport \"Car.fidl\"\n" + define + "interface car.Car {\n" +
-                        deployed("interface") + "}\n" + define + "provider as Cars {\n" +
-                        deployed("provider") + "instance car.Car {\n" + deployed("instance") + "}\n}\n"}};
-}
 
 std::string text_of(const std::vector<documents::Problem>& problems) {
   std::string text;
