@@ -146,7 +146,9 @@ void Types::build_fields(Type& type, Declared& declared, const Layers& layers, i
                         std::back_inserter(of_field));
     }
     // What a field itself says is stronger than overwrites that come with it.
-    Value member = use(field, declared.scope, of_field, declared.version, deep + 1);
+    Value member = tree.kind == Kind::choice
+                       ? use_in_union(field, declared.scope, of_field, declared.version, deep + 1)
+                       : use(field, declared.scope, of_field, declared.version, deep + 1);
     if (member.type != no_type) {
       type.members.push_back(std::move(member));
     }
@@ -160,6 +162,29 @@ void Types::build_fields(Type& type, Declared& declared, const Layers& layers, i
       }
     }
   }
+}
+
+/// The type of a union's member may stand in a struct of its own: write/fidl/unions.hpp.
+Value Types::use_in_union(const Variable& field, const Scope& scope, const Layers& layers, int version,
+                          int deep) {
+  const Declared* const type =
+      field.type.basic || field.type.array ? nullptr : names_.type(field.type.name, scope);
+  if (type == nullptr || !type->tree->wraps) {
+    return use(field, scope, layers, version, deep);
+  }
+  const Variable& inner = type->tree->fields.front();
+  Layers of_inner;
+  const auto add = [&](const Node* node) {
+    const Node* const child = node == nullptr ? nullptr : node->child("", inner.name.text);
+    std::ranges::copy(layers_of(child, User::struct_field), std::back_inserter(of_inner));
+  };
+  for (const Layer& layer : layers) {
+    add(layer.node);
+  }
+  add(type->node);
+  Variable member = field;
+  member.type = inner.type;
+  return use(member, type->scope, of_inner, type->version, deep);
 }
 
 void Types::build_enumeration(Type& type, Declared& declared, const Layers& layers, int deep) {

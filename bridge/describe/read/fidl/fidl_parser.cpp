@@ -51,9 +51,15 @@ std::string unescaped(std::string_view text) {
   return result;
 }
 
+/// What annotations tell a reader that FIDL has no place for: as Trestle writes it.
+struct Told {
+  std::optional<std::string> name{};   ///< the name of an element whose own FIDL cannot have
+  bool is_inout = false;               ///< Variable::is_inout
+  std::optional<std::string> wraps{};  ///< the field of a struct: TypeTree::wraps
+};
+
 /// Reads "@description: … @unit: …".
-/// @param renamed_from  the name of an element whose own FIDL cannot have
-Notes to_notes(std::string_view annotations, std::optional<std::string>& renamed_from) {
+Notes to_notes(std::string_view annotations, Told& told) {
   Notes notes;
   // Franca wants "\@" for any other; people write "@author: Me <me@example.com>".
   const auto is_start = [&](std::size_t at) {
@@ -74,14 +80,24 @@ Notes to_notes(std::string_view annotations, std::optional<std::string>& renamed
     const std::size_t colon = std::min(piece.find(':'), piece.size());
     const std::string name = trimmed(piece.substr(0, colon));
     const std::string text = unescaped(unindented(piece.substr(std::min(colon + 1, piece.size()))));
+    const auto detail = [&](std::string_view what) {
+      return name == "@details" && text.starts_with(what)
+                 ? std::optional{trimmed(std::string_view{text}.substr(what.size()))}
+                 : std::nullopt;
+    };
     if (name == "@description") {
       notes.description += (notes.description.empty() ? "" : "\n") + text;
     } else if (name == "@unit") {
       notes.unit = text;
-    } else if (name == "@details" && text.starts_with("unit:")) {
-      notes.unit = trimmed(std::string_view{text}.substr(5));  // the unit as Trestle writes it
-    } else if (name == "@details" && text.starts_with("name:")) {
-      renamed_from = trimmed(std::string_view{text}.substr(5));
+    } else if (const auto unit = detail("unit:")) {
+      notes.unit = *unit;
+    } else if (const auto own = detail("name:")) {
+      told.name = *own;
+    } else if (const auto inout = detail("inout:")) {
+      told.name = *inout;
+      told.is_inout = true;
+    } else if (const auto wrapped = detail("wraps:")) {
+      told.wraps = *wrapped;
     } else {
       std::string& other = notes.others[name];
       other += (other.empty() ? "" : "\n") + text;
@@ -115,7 +131,7 @@ class FidlParser {
   Notes notes();
   Name new_name(std::string_view what) {
     Name name = at_.name(what, fidl_keywords());
-    name.renamed_from = std::exchange(renamed_from_, std::nullopt);
+    name.renamed_from = std::exchange(told_.name, std::nullopt);
     return name;
   }
   void import_line(FidlTree& file);
@@ -141,14 +157,14 @@ class FidlParser {
   bool too_deep(int deep);
 
   Cursor at_;
-  std::optional<std::string> renamed_from_{};  ///< of the element whose annotations came last
+  Told told_{};  ///< of the element whose annotations came last
 };
 
 Notes FidlParser::notes() {
   Notes all;
-  renamed_from_.reset();
+  told_ = {};
   while (at_.at(Token::Kind::annotation)) {
-    Notes more = to_notes(at_.take().text, renamed_from_);
+    Notes more = to_notes(at_.take().text, told_);
     all.description += (all.description.empty() || more.description.empty() ? "" : "\n") + more.description;
     all.unit = more.unit.empty() ? all.unit : more.unit;
     all.others.merge(more.others);
@@ -375,6 +391,7 @@ void FidlParser::type(CollectionTree& into, Notes notes) {
   TypeTree type;
   type.notes = std::move(notes);
   type.name = new_name("the name of a type");
+  const std::optional<std::string> wraps = told_.wraps;
   const auto extends = [&] {
     if (at_.take_if("extends")) {
       type.base = at_.dotted("the name of the type that is extended");
@@ -404,6 +421,8 @@ void FidlParser::type(CollectionTree& into, Notes notes) {
     extends();
     type.polymorphic = type.kind == Kind::structure && at_.take_if("polymorphic");
     type.fields = variables("a field");
+    type.wraps = type.kind == Kind::structure && type.base.empty() && type.fields.size() == 1 &&
+                 wraps == type.fields.front().name.text;
   }
   if (!type.name.empty()) {
     into.types.push_back(std::move(type));
@@ -429,6 +448,7 @@ std::vector<Variable> FidlParser::variables(std::string_view what) {
     Notes before = notes();
     Variable one = variable(what == "a field" ? "the name of a field" : "the name of an argument");
     one.notes = std::move(before);
+    one.is_inout = told_.is_inout;
     at_.take_if(",");
     if (!one.name.empty()) {
       all.push_back(std::move(one));

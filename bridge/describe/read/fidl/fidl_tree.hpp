@@ -35,6 +35,7 @@ struct Variable {
   TypeRef type{};
   Name name{};
   Notes notes{};
+  bool is_inout = false;  ///< an argument out: an annotation tells that it is the one of `in` of this name
 };
 
 struct EnumeratorTree {
@@ -48,6 +49,8 @@ struct TypeTree {
   Name name{};
   Name base{};
   bool polymorphic = false;
+  /// A struct: an annotation tells that its one field is a union's member, which has a type of its own so.
+  bool wraps = false;
   std::vector<Variable> fields{};
   std::vector<EnumeratorTree> enumerators{};
   TypeRef element{};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include "bridge/describe/contradictions.hpp"
 #include "bridge/describe/join_instances.hpp"
@@ -42,6 +43,7 @@ class Maker {
                                              const Collection& whole);
   void payload(Payload& into, const std::vector<Variable>& variables, const Collection& from,
                const Node* arguments, int version);
+  void find_inout(Method& method, const MethodTree& tree);
   void rules(Payload& into, const Node* node, const char* stem);
   template <typename Member, typename Same>
   void tell_apart(std::vector<Member>& members, const Same& same, const char* what);
@@ -319,7 +321,7 @@ Field Maker::field(const AttributeTree& tree, const Collection& from, Deployment
   field.place = tree.value.name.place;
   // "length fields follow the byte order" is CommonAPI's, which is what FIDL is of.
   Value value = types_.use(tree.value, from.scope, layers_of(node, User::attribute), deployment.version);
-  value.notes = {};
+  value.notes = {.unit = std::exchange(field.notes.unit, {})};
   if (value.type != no_type) {
     field.payload.values.push_back(std::move(value));
   }
@@ -383,6 +385,7 @@ Method Maker::method(const MethodTree& tree, const Collection& from, Deployment 
           deployment.version);
   payload(method.response, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
           deployment.version);
+  find_inout(method, tree);
   rules(method.request, node, "Method");
   rules(method.response, node, "Method");
   if (tree.own_error != nullptr) {
@@ -418,6 +421,26 @@ Method Maker::method(const MethodTree& tree, const Collection& from, Deployment 
   refuse_polymorphic(method.request, method.place, method.name);
   refuse_polymorphic(method.response, method.place, method.name);
   return method;
+}
+
+/// Arguments that are in both, by an annotation of the one in `out`.
+void Maker::find_inout(Method& method, const MethodTree& tree) {
+  for (const Variable& variable : tree.out) {
+    if (!variable.is_inout) {
+      continue;
+    }
+    const std::string& name = variable.name.in_model();
+    const auto in = std::ranges::find(method.request.values, name, &Value::name);
+    const auto out = std::ranges::find(method.response.values, name, &Value::name);
+    if (in != method.request.values.end() && out != method.response.values.end() && types_.same(*in, *out)) {
+      method.inout.push_back(name);
+    } else {
+      findings_.warning(variable.name.place,
+                        fmt::format("{} is not also in (inout), as its annotation tells: there is no {} in "
+                                    "'in', or one of another type",
+                                    documents::quote(variable.name.text), documents::quote(name)));
+    }
+  }
 }
 
 Event Maker::event(const BroadcastTree& tree, const Collection& from, Deployment deployment) {

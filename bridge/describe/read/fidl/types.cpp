@@ -102,7 +102,9 @@ bool Types::too_deep(Place place, int deep) {
 
 void Types::make_all() {
   for (Declared& declared : names_.types()) {
-    (void)type(declared);
+    if (!declared.tree->wraps) {
+      (void)type(declared);
+    }
   }
   constants();
 }
@@ -430,6 +432,23 @@ TypeIndex Types::variant(Declared& declared, const Layers& layers, int deep) {
       !is_whole(type) || same_type(type, model_.at(declared.type)) ? declared.type : add(std::move(type));
   variants_.emplace(std::move(key), index);
   return index;
+}
+
+bool Types::same(const Value& a, const Value& b, int deep) const {
+  if (a.wire != b.wire || a.type == b.type || a.type == no_type || b.type == no_type || deep > deepest_type) {
+    return a.wire == b.wire && a.type == b.type;
+  }
+  const Type& one = model_.at(a.type);
+  const Type& other = model_.at(b.type);
+  const auto all_same = [&](const Value& first, const Value& second) {
+    return first.name == second.name && same(first, second, deep + 1);
+  };
+  return one.kind == other.kind && full_name(one.scope, one.name) == full_name(other.scope, other.name) &&
+         one.primitive == other.primitive && one.invalid_value == other.invalid_value &&
+         one.minimum == other.minimum && one.maximum == other.maximum && one.min_size == other.min_size &&
+         one.max_size == other.max_size && one.fixed_size == other.fixed_size &&
+         all_same({.type = one.base}, {.type = other.base}) && all_same(one.element, other.element) &&
+         all_same(one.key, other.key) && std::ranges::equal(one.members, other.members, all_same);
 }
 
 std::string Types::polymorphic_in(TypeIndex index, int deep) {

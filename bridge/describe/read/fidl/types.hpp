@@ -43,6 +43,8 @@ class Types {
   [[nodiscard]] TypeIndex type(Declared& declared, int deep = 0);
   /// An enumeration that a method declares in place.
   [[nodiscard]] TypeIndex own_error(const TypeTree& tree, const Scope& scope, int version);
+  /// Whether two uses are of one type, with the same rules. Each T[] is a type of its own.
+  [[nodiscard]] bool same(const Value& a, const Value& b, int deep = 0) const;
   /// Whether a polymorphic structure is in it: its name; else empty.
   [[nodiscard]] std::string polymorphic_in(TypeIndex type, int deep = 0);
 
@@ -51,6 +53,8 @@ class Types {
   [[nodiscard]] Type build(Declared& declared, const Layers& layers, int deep);
   [[nodiscard]] std::vector<const TypeTree*> line_of(const Declared& declared);
   void build_fields(Type& type, Declared& declared, const Layers& layers, int deep);
+  [[nodiscard]] Value use_in_union(const Variable& field, const Scope& scope, const Layers& layers,
+                                   int version, int deep);
   void build_enumeration(Type& type, Declared& declared, const Layers& layers, int deep);
   [[nodiscard]] TypeIndex basic(const TypeRef& ref, Kind& kind, const Layers& layers, Wire& wire,
                                 int version);
@@ -64,12 +68,12 @@ class Types {
   void constants();
   [[nodiscard]] std::optional<std::int64_t> whole(const Expression& expression, const Scope& scope,
                                                   int deep = 0);
+  template <typename Compute>
+  auto follow(Place name, const ConstantTree& constant, Compute compute) -> decltype(compute());
   [[nodiscard]] const Constantlike* constant_of(const Expression& expression, const Scope& scope);
   /// An expression and where its names are used.
   struct Used {
     const Expression* expression = nullptr;
-  template <typename Compute>
-  auto follow(Place name, const ConstantTree& constant, Compute compute) -> decltype(compute());
     const Scope* scope = nullptr;
   };
   [[nodiscard]] Used meant(const Expression& expression, const Scope& scope, int deep);
@@ -91,10 +95,10 @@ class Types {
   std::map<TypeIndex, std::string> polymorphic_;
   std::deque<Declared> own_errors_;
   std::map<const ConstantTree*, std::optional<std::int64_t>> wholes_;  ///< of constants
+  std::vector<const ConstantTree*> open_;  ///< constants that are being computed, each of the one before
+  std::set<const ConstantTree*> in_cycles_;
   std::size_t steps_ = 0;
   bool integer_told_ = false;  ///< that Integer is Int32
 };
 
-  std::vector<const ConstantTree*> open_;  ///< constants that are being computed, each of the one before
-  std::set<const ConstantTree*> in_cycles_;
 }  // namespace trestle::describe::fidl

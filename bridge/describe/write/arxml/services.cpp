@@ -208,24 +208,51 @@ void Writer::write_method(Xml& xml, const Service& service, const Method& method
     write_tag(value.tag, "TLV-ARGUMENT-REF", "ARGUMENT-DATA-PROTOTYPE", path);
     values.emplace_back(Prototype{path, "ARGUMENT-DATA-PROTOTYPE"}, &value);
   };
-  const std::set<std::string> inout(method.inout.begin(), method.inout.end());
+  std::set<std::string> inout(method.inout.begin(), method.inout.end());
   const auto is_inout = [&](const Value& value) { return inout.contains(value.name); };
+  const auto inout_of = [&](const Payload& payload) {
+    std::vector<std::string> all;
+    for (const Value& value : payload.values) {
+      if (is_inout(value)) {
+        all.push_back(value.name);
+      }
+    }
+    return all;
+  };
+  if (inout_of(method.request) != inout_of(method.response)) {
+    inout.clear();
+    lost(element, "that arguments are INOUT, which are not all in its answer in this order", method.place);
+  }
   Value error;
+  const auto write_error = [&] {
+    if (method.error != no_type && error.type == no_type) {
+      error.name = "error";
+      error.type = method.error;
+      error.wire = model_.at(method.error).wire;
+      argument(error, "OUT");
+      lost(element, "that its first argument out is an error", method.place);
+    }
+  };
+  // The answer has its arguments in this order, too: those out stand before the INOUT that they precede
+  // there.
+  auto out = method.response.values.begin();
+  const auto write_out = [&](auto end) {
+    for (; out != end; ++out) {
+      if (!is_inout(*out)) {
+        argument(*out, "OUT");
+      }
+    }
+  };
   for (const Value& value : method.request.values) {
+    if (is_inout(value)) {
+      write_error();
+      write_out(std::find_if(out, method.response.values.end(),
+                             [&](const Value& other) { return other.name == value.name; }));
+    }
     argument(value, is_inout(value) ? "INOUT" : "IN");
   }
-  if (method.error != no_type) {
-    error.name = "error";
-    error.type = method.error;
-    error.wire = model_.at(method.error).wire;
-    argument(error, "OUT");
-    lost(element, "that its first argument out is an error", method.place);
-  }
-  for (const Value& value : method.response.values) {
-    if (!is_inout(value)) {
-      argument(value, "OUT");
-    }
-  }
+  write_error();
+  write_out(method.response.values.end());
   if (opened) {
     xml.close();
   }

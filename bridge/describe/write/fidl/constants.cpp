@@ -33,7 +33,7 @@ class Converter {
     return true;
   }
   std::optional<std::string> value(TypeIndex index, int depth);
-  std::optional<std::string> members(const Type& type, int depth);
+  std::optional<std::string> members(TypeIndex type, int depth);
   std::optional<std::string> elements(const Type& type, int depth);
   std::optional<std::string> text();
   std::optional<std::string> simple(const Type& type);
@@ -53,7 +53,7 @@ std::optional<std::string> Converter::value(TypeIndex index, int depth) {
   switch (type.kind) {
     case Kind::structure:
     case Kind::choice:
-      return members(type, depth);
+      return members(behind_aliases(model_, index), depth);
     case Kind::array:
     case Kind::map:
       return elements(type, depth);
@@ -85,12 +85,12 @@ std::optional<std::string> Converter::text() {
   return take('"') ? std::optional{result} : std::nullopt;
 }
 
-std::optional<std::string> Converter::members(const Type& type, int depth) {
+std::optional<std::string> Converter::members(TypeIndex type, int depth) {
   if (!take('{')) {
     return std::nullopt;
   }
   std::string result = "{ ";
-  const std::vector<Value> members = all_members(model_, type);
+  const std::vector<Value> members = all_members(model_, model_.at(type));
   while (!take('}')) {
     const auto name = text();
     const auto member = std::ranges::find(members, name.value_or(""), &Value::name);
@@ -101,8 +101,8 @@ std::optional<std::string> Converter::members(const Type& type, int depth) {
     if (!value) {
       return std::nullopt;
     }
-    result +=
-        fmt::format("{}{} : {}", result.size() > 2 ? ", " : "", escaped(usable(member->name, false)), *value);
+    result += fmt::format("{}{} : {}", result.size() > 2 ? ", " : "",
+                          escaped(plan_.member_name(type, member->name)), *value);
     take(',');
   }
   return result + " }";
@@ -139,8 +139,8 @@ std::optional<std::string> Converter::simple(const Type& type) {
   if (type.kind == Kind::enumeration) {
     for (const Enumerator& one : all_enumerators(model_, type)) {
       if (fmt::format("{}", one.value) == word) {
-        const auto index = static_cast<std::uint32_t>(&type - model_.types.data());
-        return plan_.reference(TypeIndex{index}, from_) + "." + escaped(usable(one.name, false));
+        const TypeIndex index{static_cast<std::uint32_t>(&type - model_.types.data())};
+        return plan_.reference(index, from_) + "." + escaped(plan_.member_name(index, one.name));
       }
     }
     return std::nullopt;

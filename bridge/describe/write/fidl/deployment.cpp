@@ -61,15 +61,15 @@ std::string quoted(std::string_view text) {
   return result + '"';
 }
 
+std::string selector(const std::string& name) {
+  return name.empty() ? "" : ":" + escaped_fdepl(usable(name, false));
+}
+
 std::string backing_name(messages::Primitive primitive) {
   return basic_name({.kind = Kind::primitive, .primitive = primitive});
 }
 
 }  // namespace
-
-std::string target(std::string_view name) {
-  return escaped_fdepl(usable(name, false));
-}
 
 std::string text_of(const Block& block, int indent) {
   const std::string margin(static_cast<std::size_t>(indent) * 4, ' ');
@@ -201,6 +201,7 @@ void Deployment::named(Block& block, const Value& now, const Value* before, User
     case Kind::structure:
     case Kind::choice: {
       const bool is_structure = type.kind == Kind::structure;
+      const TypeIndex index{static_cast<std::uint32_t>(&type - model_.types.data())};
       overwrite.head = is_structure ? "#struct" : "#union";
       // A type differs in nothing from itself; else members are copied.
       const bool is_same = &type == &old;
@@ -214,7 +215,7 @@ void Deployment::named(Block& block, const Value& now, const Value* before, User
         if (plan_.is_left_out(members[i].type)) {
           continue;
         }
-        Block member{.head = target(members[i].name)};
+        Block member{.head = escaped_fdepl(plan_.member_name(index, members[i].name))};
         if (members[i].type != old_members[i].type || members[i].wire != old_members[i].wire) {
           use(member, members[i], &old_members[i], User::field, owner + "." + members[i].name);
         }
@@ -334,7 +335,7 @@ Block Deployment::type(TypeIndex index) {
         }
       }
       for (const Value& member : type.members) {
-        Block field{.head = target(member.name)};
+        Block field{.head = escaped_fdepl(plan_.member_name(index, member.name))};
         use(field, member, nullptr, User::field, owner + "." + member.name);
         block.add(std::move(field));
       }
@@ -356,7 +357,7 @@ Block Deployment::type(TypeIndex index) {
       }
       kept(block, type.notes, {}, owner);
       for (const Enumerator& one : type.enumerators) {
-        Block child{.head = target(one.name)};
+        Block child{.head = escaped_fdepl(plan_.member_name(index, one.name))};
         kept(child, one.notes, {"ErrorType"}, owner + "." + one.name);
         block.add(std::move(child));
       }
@@ -440,8 +441,8 @@ void Deployment::transfer(Block& block, const Transfer& transfer, const std::str
   time(retention, transfer.retention, retention_ms);
 }
 
-Block Deployment::attribute(const Field& field) {
-  Block block{.head = "attribute " + target(field.name)};
+Block Deployment::attribute(const Service& service, const Field& field) {
+  Block block{.head = "attribute " + escaped_fdepl(plan_.attribute_name(service, field.name))};
   const std::string owner = member(field.name, field.place);
   const auto id = [&](const char* key, const std::optional<someip::MethodId>& number, bool there) {
     if (number) {
@@ -490,19 +491,21 @@ Block Deployment::attribute(const Field& field) {
   return block;
 }
 
-void Deployment::arguments(Block& block, const char* head, const Payload& payload, const std::string& owner) {
+void Deployment::arguments(Block& block, const char* head, const Payload& payload,
+                           const std::vector<std::string>& names, const std::string& owner) {
   Block all{.head = head};
-  for (const Value& value : payload.values) {
-    Block argument{.head = target(value.name)};
+  for (std::size_t at = 0; at < names.size(); ++at) {
+    const Value& value = payload.values[at];
+    Block argument{.head = escaped_fdepl(names[at])};
     use(argument, value, nullptr, User::argument, owner + "." + value.name);
     all.add(std::move(argument));
   }
   block.add(std::move(all));
 }
 
-Block Deployment::method(const Method& method) {
-  Block block{.head = "method " + target(method.name) +
-                      (method.selector.empty() ? "" : ":" + target(method.selector))};
+Block Deployment::method(const Service& service, const Method& method) {
+  Block block{.head = "method " + escaped_fdepl(plan_.method_name(service, method.name)) +
+                      selector(method.selector)};
   const std::string owner = member(member_key(method.name, method.selector), method.place);
   if (method.id) {
     block.settings.push_back(fmt::format("SomeIpMethodID = {}", static_cast<unsigned>(*method.id)));
@@ -535,12 +538,13 @@ Block Deployment::method(const Method& method) {
     block.settings.push_back(fmt::format("MethodTimeout = {}", method.timeout->count()));
   }
   kept(block, method.notes, {"Errors"}, owner);
-  arguments(block, "in", method.request, owner);
+  const ArgumentNames names{method};
+  arguments(block, "in", method.request, names.in, owner);
   if (!method.fire_and_forget) {
-    arguments(block, "out", method.response, owner);
+    arguments(block, "out", method.response, names.out, owner);
   }
-  if (!method.inout.empty()) {
-    lose(owner, "arguments that are INOUT, written as in and out");
+  if (method.fire_and_forget && (!method.response.values.empty() || method.error != no_type)) {
+    lose(owner, "what it answers, as it is called without waiting (fireAndForget)");
   }
   if (!method.application_errors.empty()) {
     lose(owner, "errors of an application");
@@ -551,9 +555,9 @@ Block Deployment::method(const Method& method) {
   return block;
 }
 
-Block Deployment::event(const Event& event) {
-  Block block{.head = "broadcast " + target(event.name) +
-                      (event.selector.empty() ? "" : ":" + target(event.selector))};
+Block Deployment::event(const Service& service, const Event& event) {
+  Block block{.head = "broadcast " + escaped_fdepl(plan_.broadcast_name(service, event.name)) +
+                      selector(event.selector)};
   const std::string owner = member(member_key(event.name, event.selector), event.place);
   if (event.id) {
     block.settings.push_back(fmt::format("SomeIpEventID = {}", static_cast<unsigned>(*event.id)));
@@ -570,7 +574,7 @@ Block Deployment::event(const Event& event) {
            "SomeIpBroadcastDebounceTime", "SomeIpBroadcastMaxRetentionTime", 5, owner);
   rules(block, event.payload, "Broadcast", owner);
   kept(block, event.notes, {"BroadcastType", "ErrorName"}, owner);
-  arguments(block, "out", event.payload, owner);
+  arguments(block, "out", event.payload, argument_names(event), owner);
   if (event.cycle) {
     lose(owner, "a cycle");
   }
@@ -614,17 +618,17 @@ Block Deployment::interface(const Container& container) {
   }
   for (const Field& field : service.fields) {
     if (!inherited.fields.contains(field.name) && plan_.is_written(field)) {
-      block.children.push_back(attribute(field));
+      block.children.push_back(attribute(service, field));
     }
   }
   for (const Method& one : service.methods) {
     if (!inherited.methods.contains(member_key(one.name, one.selector))) {
-      block.children.push_back(method(one));
+      block.children.push_back(method(service, one));
     }
   }
   for (const Event& one : service.events) {
     if (!inherited.events.contains(member_key(one.name, one.selector))) {
-      block.children.push_back(event(one));
+      block.children.push_back(event(service, one));
     }
   }
   types(block, container);

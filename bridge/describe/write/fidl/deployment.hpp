@@ -22,9 +22,6 @@ struct Block {
 
 [[nodiscard]] std::string text_of(const Block& block, int indent = 0);
 
-/// The name that stands in FDEPL files, without a member's escape of FIDL.
-[[nodiscard]] std::string target(std::string_view name);
-
 /// Structures and unions that are looked at for rules of one use in a package. A structure of two structures
 /// of two structures … has twice as many at each level.
 inline constexpr std::size_t max_overwrites = 200'000;
@@ -44,11 +41,12 @@ class Deployment {
   enum class User : std::uint8_t { field, attribute, argument, map_part };
   void types(Block& block, const Container& container);
   [[nodiscard]] Block type(TypeIndex index);
-  [[nodiscard]] Block attribute(const Field& field);
-  [[nodiscard]] Block method(const Method& method);
-  [[nodiscard]] Block event(const Event& event);
+  [[nodiscard]] Block attribute(const Service& service, const Field& field);
+  [[nodiscard]] Block method(const Service& service, const Method& method);
+  [[nodiscard]] Block event(const Service& service, const Event& event);
   void lose_other_ids(const Service& service, const Service& base);
-  void arguments(Block& block, const char* head, const Payload& payload, const std::string& owner);
+  void arguments(Block& block, const char* head, const Payload& payload,
+                 const std::vector<std::string>& names, const std::string& owner);
   /// What a use says besides its type. `before`: as which it is known without that; null: as the type is
   /// declared.
   void use(Block& block, const Value& now, const Value* before, User user, const std::string& owner);

@@ -174,6 +174,7 @@ Plan::Plan(const Model& model, std::vector<NotCarried>& lost) : model_{model}, l
   place_types();
   place_collections();
   find_public_types();
+  name_members();
 }
 
 std::vector<std::string> Plan::packages() const {
@@ -254,6 +255,7 @@ void Plan::place_services() {
       name += '_';  // "a.Interface" has no place for ^
     }
     container.name = free_name(packages[container.package], name);
+    interfaces_.insert(container.full());
     services_.emplace(full_name(service.scope, service.name), containers_.size());
     by_package_[container.package].push_back(containers_.size());
     packages_.insert(container.package);
@@ -275,6 +277,9 @@ std::size_t Plan::container_for(const std::string& scope) {
   } else {
     container.package = fitting(path.substr(0, dot));
     container.name = path.substr(dot + 1);
+  }
+  while (interfaces_.contains(container.full())) {
+    container.name += '_';
   }
   if (!path.starts_with(container.package)) {
     lost_.push_back({scope, fmt::format("its package, which is too long for a file, is written as {}",
@@ -440,6 +445,112 @@ void Plan::place_collections() {
       lost_.push_back(
           {collection.scope, "the version and the description of its type collection", collection.place});
     }
+  }
+}
+
+namespace {
+
+/// Gives names to siblings, each once.
+class Siblings {
+ public:
+  /// Of one that is asked for again, as overloaded methods are, the same.
+  std::string name(const std::string& name) {
+    const auto [given, is_new] = given_.try_emplace(name);
+    if (is_new) {
+      given->second = free_name(usable(name, false), names_, uses_);
+    }
+    return given->second;
+  }
+
+ private:
+  std::map<std::string, std::string> given_;
+  std::set<std::string, std::less<>> names_;
+  std::map<std::string, unsigned> uses_;
+};
+
+}  // namespace
+
+/// Inherited ones come first, so that they have the names that they have where they are declared.
+void Plan::name_members() {
+  const auto name_all = [&](const void* owner, const char* kind, const auto& all) {
+    if (std::ranges::all_of(all, [](const auto& one) { return usable(one.name, false) == one.name; })) {
+      return;  // as nearly always
+    }
+    Siblings siblings;
+    for (const auto& one : all) {
+      std::string name = siblings.name(one.name);
+      if (name != usable(one.name, false)) {
+        other_names_.emplace(std::pair{owner, kind + one.name}, std::move(name));
+      }
+    }
+  };
+  for (const Type& type : model_.types) {
+    if (type.base == no_type) {
+      name_all(&type, "", type.members);
+      name_all(&type, "", type.enumerators);
+    } else {
+      name_all(&type, "", all_members(model_, type));
+      name_all(&type, "", all_enumerators(model_, type));
+    }
+  }
+  for (const Service& service : model_.services) {
+    name_all(&service, "attribute ", service.fields);
+    name_all(&service, "method ", service.methods);
+    name_all(&service, "broadcast ", service.events);
+  }
+  for (Container& container : containers_) {
+    for (const Constant* const one : container.constants) {
+      std::string name = free_name(container, usable(one->name, false));  // none of a type
+      if (name != usable(one->name, false)) {
+        other_names_.emplace(std::pair{one, ""}, std::move(name));
+      }
+    }
+  }
+}
+
+std::string Plan::name_of(const void* owner, const std::string& key, const std::string& name) const {
+  const auto other = other_names_.empty() ? other_names_.end() : other_names_.find(std::pair{owner, key});
+  return other == other_names_.end() ? usable(name, false) : other->second;
+}
+
+std::string Plan::member_name(TypeIndex type, const std::string& name) const {
+  return name_of(&model_.at(type), name, name);
+}
+
+std::string Plan::attribute_name(const Service& service, const std::string& name) const {
+  return name_of(&service, "attribute " + name, name);
+}
+
+std::string Plan::method_name(const Service& service, const std::string& name) const {
+  return name_of(&service, "method " + name, name);
+}
+
+std::string Plan::broadcast_name(const Service& service, const std::string& name) const {
+  return name_of(&service, "broadcast " + name, name);
+}
+
+std::string Plan::constant_name(const Constant& constant) const {
+  return name_of(&constant, "", constant.name);
+}
+
+std::vector<std::string> argument_names(const Event& event) {
+  Siblings siblings;
+  std::vector<std::string> names;
+  for (const Value& value : event.payload.values) {
+    names.push_back(siblings.name(value.name));
+  }
+  return names;
+}
+
+ArgumentNames::ArgumentNames(const Method& method) {
+  std::set<std::string, std::less<>> names;
+  std::map<std::string, unsigned> uses;
+  for (const Value& value : method.request.values) {
+    in.push_back(free_name(usable(value.name, false), names, uses));
+  }
+  for (const Value& value : method.response.values) {
+    const std::string wanted = usable(value.name, false);
+    out.push_back(free_name(wanted + (names.contains(wanted) ? "_out" : ""), names, uses));
   }
 }
 

@@ -59,12 +59,20 @@ class Plan {
   [[nodiscard]] std::string reference(TypeIndex type, const Container& from) const;
   /// "a.b.Interface" of "/a/b/Interface"; empty if there is no such service.
   [[nodiscard]] std::string service_name(std::string_view full) const;
+  /// Members, enumerators and constants as FIDL calls them: usable(), and each once among its like.
+  [[nodiscard]] std::string member_name(TypeIndex type, const std::string& name) const;
+  [[nodiscard]] std::string attribute_name(const Service& service, const std::string& name) const;
+  [[nodiscard]] std::string method_name(const Service& service, const std::string& name) const;
+  [[nodiscard]] std::string broadcast_name(const Service& service, const std::string& name) const;
+  [[nodiscard]] std::string constant_name(const Constant& constant) const;
 
  private:
   void place_services();
   void place_types();
   void place_collections();
   void find_public_types();
+  void name_members();
+  [[nodiscard]] std::string name_of(const void* owner, const std::string& key, const std::string& name) const;
   static std::string free_name(Container& container, const std::string& wanted);
   std::size_t container_for(const std::string& scope);
   void leave_out_empty_types();
@@ -82,7 +90,20 @@ class Plan {
   std::set<TypeIndex> public_;
   std::set<TypeIndex> own_errors_;
   std::set<std::string, std::less<>> packages_;
+  std::set<std::string, std::less<>> interfaces_;  ///< as they are written, with their packages
+  /// Names other than usable(), by what they are in (a type, a service) or are (a constant), and by kind and
+  /// name.
+  std::map<std::pair<const void*, std::string>, std::string> other_names_;
 };
+
+/// Arguments as FIDL calls them, each once in a method: one in `out` with the name of one in `in` gets
+/// "_out".
+struct ArgumentNames {
+  explicit ArgumentNames(const Method& method);
+  std::vector<std::string> in{};
+  std::vector<std::string> out{};
+};
+[[nodiscard]] std::vector<std::string> argument_names(const Event& event);
 
 /// The names of members that a service has of the one that it extends.
 struct Inherited {

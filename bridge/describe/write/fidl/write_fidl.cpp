@@ -8,6 +8,7 @@
 
 #include "bridge/describe/write/fidl/deployment.hpp"
 #include "bridge/describe/write/fidl/enumerations.hpp"
+#include "bridge/describe/write/fidl/unions.hpp"
 
 namespace trestle::describe {
 namespace fidl_writing {
@@ -49,28 +50,57 @@ class Writer {
   void attribute(std::string& text, const Container& in, const Field& field);
   void method(std::string& text, const Container& in, const Method& method);
   void event(std::string& text, const Container& in, const Event& event);
-  void values(std::string& text, const Container& in, const std::vector<Value>& values,
-              const std::string& margin, const std::string& owner);
-  void enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin,
-                   const std::string& owner);
-  /// @param renamed_from  null: the element has the name that it has in the model
+  /// A member or an argument.
+  /// @param name  as FIDL has it
+  /// @param is_inout  an argument out that is in, too
+  void value(std::string& text, const Container& in, const Value& value, const std::string& name,
+             const std::string& margin, const std::string& owner, bool is_inout = false);
+  void arguments(std::string& text, const Container& in, const char* word, const std::vector<Value>& all,
+                 const std::vector<std::string>& names, const std::string& owner,
+                 const std::vector<std::string>& inout);
+  void enumerators(std::string& text, TypeIndex type, const std::string& margin, const std::string& owner);
+  /// @param told  what else the annotation has for the reader: "name: int"; empty: nothing
   /// @param element  what it is called in what is lost: "car.Door.open"
-  void notes(std::string& text, const Notes& notes, const std::string& margin,
-             const std::string* renamed_from, const std::string& element, Place place);
-  void named_notes(std::string& text, const Notes& notes, const std::string& margin, const std::string& name,
-                   const std::string& element, Place place) {
-    this->notes(text, notes, margin, usable(name, false) == name ? nullptr : &name, element, place);
+  void notes(std::string& text, const Notes& notes, const std::string& margin, const std::string& told,
+             const std::string& element, Place place);
+  /// "name: int", where that is not the name in the file.
+  [[nodiscard]] static std::string told_name(const std::string& name, std::string_view written) {
+    return name == written ? std::string{} : "name: " + name;
   }
   [[nodiscard]] std::string use(const Container& in, TypeIndex type) const {
     return plan_.reference(type, in) + (plan_.is_inline(plan_.root(type)) ? "[]" : "");
   }
-  [[nodiscard]] static std::string name(std::string_view name) { return escaped(usable(name, false)); }
   /// Packages whose files one of this package needs.
   [[nodiscard]] std::set<std::string> imports(const std::string& package) const;
   void reach(TypeIndex type, std::set<TypeIndex>& seen) const;
   void add_types_of(const Container& container, std::set<TypeIndex>& seen) const;
   /// Collections that a deployment of the service uses.
   [[nodiscard]] std::set<std::string> uses_of(const Container& container);
+  [[nodiscard]] static std::string written_selector(const std::string& selector) {
+    return selector.empty() ? "" : ":" + escaped(usable(selector, false));
+  }
+  /// Keys of other languages, as the scale of a number of AUTOSAR.
+  void lose_keys(const Notes& notes, const std::string& element, Place place) {
+    for (const auto& [key, value] : notes.others) {
+      if (!key.starts_with('@')) {
+        lose(element, fmt::format("{} = {}", key, value), place);
+      }
+    }
+  }
+  void lose_units_in(TypeIndex type, const std::string& element, Place place) {
+    for (const Value* const part : {&model_.at(type).element, &model_.at(type).key}) {
+      if (!part->notes.unit.empty()) {
+        lose(element, fmt::format("the unit of its elements: {}", part->notes.unit), place);
+      }
+    }
+  }
+  /// Of a member, an argument or an attribute.
+  void lose_notes(const Value& value, const std::string& element, Place place) {
+    lose_keys(value.notes, element, place);
+    if (plan_.is_inline(plan_.root(value.type))) {
+      lose_units_in(value.type, element, place);
+    }
+  }
   void lose(const std::string& element, std::string what, Place place) {
     result_.not_carried.push_back({element, std::move(what), place});
   }
@@ -194,14 +224,14 @@ void Writer::fidl(const std::string& package) {
   result_.files.push_back({package + ".fidl", std::move(text)});
 }
 
-void Writer::notes(std::string& text, const Notes& notes, const std::string& margin,
-                   const std::string* renamed_from, const std::string& element, Place place) {
+void Writer::notes(std::string& text, const Notes& notes, const std::string& margin, const std::string& told,
+                   const std::string& element, Place place) {
   std::vector<std::string> lines;
   if (!notes.description.empty()) {
     lines.push_back("@description : " + annotation_text(notes.description, margin));
   }
-  if (renamed_from != nullptr) {
-    lines.push_back("@details : name: " + annotation_text(*renamed_from, margin));
+  if (!told.empty()) {
+    lines.push_back("@details : " + annotation_text(told, margin));
   }
   if (!notes.unit.empty()) {
     lines.push_back("@details : unit: " + annotation_text(notes.unit, margin));
@@ -229,15 +259,14 @@ void Writer::container(std::string& text, const Container& container) {
   if (container.service == nullptr) {
     const TypeCollection plain{};
     const TypeCollection& collection = container.collection == nullptr ? plain : *container.collection;
-    notes(text, collection.notes, "", nullptr, container.full(), collection.place);
+    notes(text, collection.notes, "", "", container.full(), collection.place);
     text +=
         container.name.empty() ? "typeCollection {\n" : fmt::format("typeCollection {} {{\n", container.name);
     text += fmt::format("    version {{ major {} minor {} }}\n", collection.major, collection.minor);
   } else {
     const Service& service = *container.service;
     const std::string full = full_name(service.scope, service.name);
-    notes(text, service.notes, "", container.name == service.name ? nullptr : &service.name, full,
-          service.place);
+    notes(text, service.notes, "", told_name(service.name, container.name), full, service.place);
     text += "interface " + container.name;
     if (!service.base.empty()) {
       const std::string base = plan_.service_name(service.base);
@@ -284,10 +313,10 @@ void Writer::container(std::string& text, const Container& container) {
       continue;
     }
     text += "\n";
-    named_notes(text, constant->notes, margin, constant->name, full_name(constant->scope, constant->name),
-                constant->place);
-    text +=
-        fmt::format("    const {} {} = {}\n", use(container, constant->type), name(constant->name), value);
+    const std::string name = plan_.constant_name(*constant);
+    notes(text, constant->notes, margin, told_name(constant->name, name),
+          full_name(constant->scope, constant->name), constant->place);
+    text += fmt::format("    const {} {} = {}\n", use(container, constant->type), escaped(name), value);
   }
   for (const TypeIndex index : container.types) {
     type(text, container, index);
@@ -295,21 +324,23 @@ void Writer::container(std::string& text, const Container& container) {
   text += "}\n";
 }
 
-void Writer::values(std::string& text, const Container& in, const std::vector<Value>& all,
-                    const std::string& margin, const std::string& owner) {
-  for (const Value& value : all) {
-    if (!plan_.is_left_out(value.type)) {
-      named_notes(text, value.notes, margin, value.name, owner + "." + value.name, value.place);
-      text += fmt::format("{}{} {}\n", margin, use(in, value.type), name(value.name));
-    }
+void Writer::value(std::string& text, const Container& in, const Value& value, const std::string& name,
+                   const std::string& margin, const std::string& owner, bool is_inout) {
+  if (!plan_.is_left_out(value.type)) {
+    const std::string element = owner + "." + value.name;
+    notes(text, value.notes, margin, is_inout ? "inout: " + value.name : told_name(value.name, name), element,
+          value.place);
+    lose_notes(value, element, value.place);
+    text += fmt::format("{}{} {}\n", margin, use(in, value.type), escaped(name));
   }
 }
 
-void Writer::enumerators(std::string& text, const std::vector<Enumerator>& all, const std::string& margin,
+void Writer::enumerators(std::string& text, TypeIndex type, const std::string& margin,
                          const std::string& owner) {
-  for (const Enumerator& one : all) {
-    named_notes(text, one.notes, margin, one.name, owner + "." + one.name, one.place);
-    text += fmt::format("{}{} = {}\n", margin, name(one.name), one.value);
+  for (const Enumerator& one : model_.at(type).enumerators) {
+    const std::string name = plan_.member_name(type, one.name);
+    notes(text, one.notes, margin, told_name(one.name, name), owner + "." + one.name, one.place);
+    text += fmt::format("{}{} = {}\n", margin, escaped(name), one.value);
   }
 }
 
@@ -318,7 +349,11 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
   const Declared& declared = *plan_.declared(index);
   text += "\n";
   const std::string full = full_name(type.scope, type.name);
-  notes(text, type.notes, "    ", declared.renamed ? &type.name : nullptr, full, type.place);
+  notes(text, type.notes, "    ", declared.renamed ? "name: " + type.name : "", full, type.place);
+  if (type.kind != Kind::enumeration) {  // whose deployment has some
+    lose_keys(type.notes, full, type.place);
+  }
+  lose_units_in(index, full, type.place);
   const std::string extends = type.base == no_type || plan_.is_left_out(type.base)
                                   ? ""
                                   : " extends " + plan_.reference(type.base, in);
@@ -331,12 +366,14 @@ void Writer::type(std::string& text, const Container& in, TypeIndex index) {
     case Kind::choice:
       text += fmt::format("{} {}{}{} {{\n", type.kind == Kind::structure ? "struct" : "union", declared.name,
                           extends, type.polymorphic ? " polymorphic" : "");
-      values(text, in, type.members, "        ", full);
+      for (const Value& member : type.members) {
+        value(text, in, member, plan_.member_name(index, member.name), "        ", full);
+      }
       text += "    }\n";
       break;
     case Kind::enumeration:
       text += fmt::format("enumeration {}{} {{\n", declared.name, extends);
-      enumerators(text, type.enumerators, "        ", full);
+      enumerators(text, index, "        ", full);
       text += "    }\n";
       break;
     case Kind::map:
@@ -361,8 +398,15 @@ void Writer::attribute(std::string& text, const Container& in, const Field& fiel
     return;
   }
   text += "\n";
-  named_notes(text, field.notes, "    ", field.name, element, field.place);
-  text += fmt::format("    attribute {} {}{}{}", use(in, field.payload.values.front().type), name(field.name),
+  const Value& value = field.payload.values.front();
+  Notes notes = field.notes;
+  if (notes.unit.empty()) {
+    notes.unit = value.notes.unit;
+  }
+  const std::string name = plan_.attribute_name(*in.service, field.name);
+  this->notes(text, notes, "    ", told_name(field.name, name), element, field.place);
+  lose_notes(value, element, field.place);
+  text += fmt::format("    attribute {} {}{}{}", use(in, value.type), escaped(name),
                       field.has_setter ? "" : " readonly", field.has_notifier ? "" : " noSubscriptions");
   if (!field.has_getter) {
     if (field.has_setter || field.has_notifier) {
@@ -378,46 +422,50 @@ void Writer::method(std::string& text, const Container& in, const Method& method
   text += "\n";
   const std::string element =
       full_name(in.service->scope, in.service->name) + "." + member_key(method.name, method.selector);
-  named_notes(text, method.notes, "    ", method.name, element, method.place);
-  text += fmt::format("    method {}{}{} {{\n", name(method.name),
-                      method.selector.empty() ? "" : ":" + name(method.selector),
+  const std::string name = plan_.method_name(*in.service, method.name);
+  notes(text, method.notes, "    ", told_name(method.name, name), element, method.place);
+  text += fmt::format("    method {}{}{} {{\n", escaped(name), written_selector(method.selector),
                       method.fire_and_forget ? " fireAndForget" : "");
-  const auto part = [&](const char* word, const std::vector<Value>& all) {
-    if (!all.empty()) {
-      text += fmt::format("        {} {{\n", word);
-      values(text, in, all, "            ", element);
-      text += "        }\n";
-    }
-  };
-  part("in", method.request.values);
+  const ArgumentNames names{method};
+  arguments(text, in, "in", method.request.values, names.in, element, {});
   if (!method.fire_and_forget) {
-    part("out", method.response.values);
+    arguments(text, in, "out", method.response.values, names.out, element, method.inout);
     if (method.error != no_type && plan_.declared(method.error) != nullptr) {
       text += "        error " + plan_.reference(method.error, in) + "\n";
     } else if (method.error != no_type) {
       const Type& error = model_.at(method.error);
       text += "        error " +
               (error.base == no_type ? "" : "extends " + plan_.reference(error.base, in) + " ") + "{\n";
-      enumerators(text, error.enumerators, "            ", element);
+      enumerators(text, method.error, "            ", element);
       text += "        }\n";
     }
   }
   text += "    }\n";
 }
 
+void Writer::arguments(std::string& text, const Container& in, const char* word,
+                       const std::vector<Value>& all, const std::vector<std::string>& names,
+                       const std::string& owner, const std::vector<std::string>& inout) {
+  if (all.empty()) {
+    return;
+  }
+  text += fmt::format("        {} {{\n", word);
+  for (std::size_t at = 0; at < all.size(); ++at) {
+    const bool is_inout = std::ranges::find(inout, all[at].name) != inout.end();
+    value(text, in, all[at], names[at], "            ", owner, is_inout);
+  }
+  text += "        }\n";
+}
+
 void Writer::event(std::string& text, const Container& in, const Event& event) {
   text += "\n";
   const std::string element =
       full_name(in.service->scope, in.service->name) + "." + member_key(event.name, event.selector);
-  named_notes(text, event.notes, "    ", event.name, element, event.place);
-  text += fmt::format("    broadcast {}{}{} {{\n", name(event.name),
-                      event.selector.empty() ? "" : ":" + name(event.selector),
+  const std::string name = plan_.broadcast_name(*in.service, event.name);
+  notes(text, event.notes, "    ", told_name(event.name, name), element, event.place);
+  text += fmt::format("    broadcast {}{}{} {{\n", escaped(name), written_selector(event.selector),
                       event.selective ? " selective" : "");
-  if (!event.payload.values.empty()) {
-    text += "        out {\n";
-    values(text, in, event.payload.values, "            ", element);
-    text += "        }\n";
-  }
+  arguments(text, in, "out", event.payload.values, argument_names(event), element, {});
   text += "    }\n";
 }
 
@@ -491,7 +539,9 @@ void Writer::fdepl(const std::string& package) {
 Written write_fidl(const Model& model) {
   std::vector<NotCarried> lost;
   const std::optional<Model> made = fidl_writing::with_enumerators(model, lost);
-  Written written = fidl_writing::Writer{made ? *made : model}.all();
+  const Model& whole = made ? *made : model;
+  const std::optional<Model> distinct = fidl_writing::with_distinct_members(whole);
+  Written written = fidl_writing::Writer{distinct ? *distinct : whole}.all();
   written.not_carried.insert(written.not_carried.begin(), lost.begin(), lost.end());
   return written;
 }

@@ -116,7 +116,7 @@ TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
 
   const Field& speed = service.fields.at(0);
   EXPECT_EQ(speed.notes.description, "how fast it goes");
-  EXPECT_EQ(speed.notes.unit, "km/h");
+  EXPECT_EQ(speed.payload.values.at(0).notes.unit, "km/h");
   EXPECT_EQ(speed.notes.others.at("@deprecated"), "since 2020");
   EXPECT_EQ(speed.getter, someip::MethodId{1});
   EXPECT_FALSE(speed.has_setter);

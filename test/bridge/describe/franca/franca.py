@@ -3,7 +3,10 @@
 
 franca.py --fetch FOLDER        gets the jars of jars.txt from Maven Central into FOLDER (build/franca), and compiles
                                 Validate.java; ./run setup --peers does that
-franca.py FOLDER TEST_PROGRAM   lets TEST_PROGRAM (bridge_describe_fidl_test) write its files, and judges them
+franca.py FOLDER FIDL_TEST TRIPS_TEST
+                                lets these (bridge_describe_fidl_test, bridge_describe_targets_test) write their files,
+                                and judges them: those of FIDL with its deployments, and those of ARXML, vsomeip JSON,
+                                ROS types and all real files that can be read
 
 CommonAPI's deployment specifications are taken from the real files beside the project (../shared/corpora, or
 TRESTLE_CORPORA); without them it is skipped (77). So it is without Java or the jars, but fails then with
@@ -17,9 +20,15 @@ import tempfile
 import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
-# Written from FIDL files alone, or with a deployment for D-Bus: they have not the ids that Franca wants, and are not judged.
-WITH_IDS = (".fdepl", "everything", "names")
-WITHOUT_IDS = ("DBus.fdepl",)
+# Of FIDL_TEST, with the ids that Franca wants; real files are among those of TRIPS_TEST.
+WITH_IDS = ("everything", "names")
+# What Franca refuses, so that it is known to judge.
+WRONG = {
+    "type": "package a\ninterface I { attribute Nothing n }\n",
+    "inout": "package a\ninterface I { method m { in { UInt8 x } out { UInt8 x } } }\n",
+    "union": "package a\ntypeCollection T { union U { UInt8 x UInt8 y } }\n",
+    "cycle": "package a\ntypeCollection T { const UInt8 a = b const UInt8 b = a }\n",
+}
 
 
 def missing(what):
@@ -66,11 +75,10 @@ def specifications():
 
 
 def validate(folder, files):
-    """Exit status and output of Franca."""
-    run = subprocess.run(["java", "--add-opens", "java.base/java.lang=ALL-UNNAMED", "-cp",
-                          f"{folder}/classes:{folder}/jars/*", "Validate", specifications(), *files],
-                         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-    return run.returncode, run.stdout
+    """What Franca says. It is started once: that takes longer than many files."""
+    return subprocess.run(["java", "--add-opens", "java.base/java.lang=ALL-UNNAMED", "-cp",
+                           f"{folder}/classes:{folder}/jars/*", "Validate", specifications(), *files],
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
 
 
 def main():
@@ -81,21 +89,24 @@ def main():
         missing("Franca")
     specifications()
     with tempfile.TemporaryDirectory() as out:
-        subprocess.run([sys.argv[2], "--gtest_filter=WriteFidl.*"], check=True, stdout=subprocess.DEVNULL,
-                       env={**os.environ, "TRESTLE_FIDL_OUT": out})
-        files = sorted(str(file) for case in pathlib.Path(out).iterdir() if case.name.endswith(WITH_IDS)
-                       and not case.name.endswith(WITHOUT_IDS) for file in case.iterdir())
-        # That it can fail.
-        bad = pathlib.Path(out) / "bad.fidl"
-        bad.write_text("package a\ninterface I { attribute Nothing n }\n")
-        status, told = validate(folder, [bad])
-        if status == 0:
-            print("Franca accepts what is wrong:", told, sep="\n")
-            return 1
-        status, told = validate(folder, files)
-        accepted = sum(line.startswith("ok ") for line in told.splitlines())
-        print(*(line for line in told.splitlines() if ": error: " in line), f"{accepted} of {len(files)} files accepted", sep="\n")
-        return 0 if status == 0 and accepted == len(files) > 0 else 1
+        for program, tests in ((sys.argv[2], "WriteFidl.*"), (sys.argv[3], "FidlOfOthers.*")):
+            folder_of_program = pathlib.Path(out, tests.split(".")[0])
+            folder_of_program.mkdir()
+            subprocess.run([program, f"--gtest_filter={tests}"], check=True, stdout=subprocess.DEVNULL,
+                           env={**os.environ, "TRESTLE_FIDL_OUT": str(folder_of_program)})
+        good = sorted(str(file) for case in pathlib.Path(out).glob("*/*") for file in case.iterdir()
+                      if case.parent.name != "WriteFidl" or case.name in WITH_IDS)
+        wrong = []
+        for name, text in WRONG.items():
+            wrong.append(str(pathlib.Path(out, f"{name}.fidl")))
+            pathlib.Path(wrong[-1]).write_text(text)
+        told = validate(folder, wrong + good).splitlines()
+        unseen = [file for file in wrong if f"failed {file}" not in told]
+        accepted = [file for file in good if f"ok {file}" in told]
+        print(*(line for line in told if ": error: " in line and not line.startswith(tuple(wrong))),
+              *(f"Franca accepts what is wrong: {file}" for file in unseen),
+              f"{len(accepted)} of {len(good)} files accepted", sep="\n")
+        return 0 if not unseen and len(accepted) == len(good) > 0 else 1
 
 
 if __name__ == "__main__":
