@@ -122,6 +122,7 @@ class Allocation {
       }
       if (locked) {
         service->id = someip::ServiceId{*locked};
+        service->id_is_chosen = true;
       } else {
         none_left(service->place, "service", name);
       }
@@ -157,8 +158,8 @@ class Allocation {
     if (base == nullptr) {
       return;
     }
-    const auto take = [](const std::vector<Element>& own, const std::vector<Element>& inherited,
-                         const std::map<std::string, std::uint16_t, std::less<>>& chosen) {
+    const auto take = [&](const std::vector<Element>& own, const std::vector<Element>& inherited,
+                          const std::map<std::string, std::uint16_t, std::less<>>& chosen) {
       std::set<someip::MethodId> given;
       for (const auto& [name, id] : chosen) {
         given.insert(someip::MethodId{id});
@@ -179,6 +180,9 @@ class Allocation {
         if (!*element.id && !chosen.contains(element.name) && found != known.end() &&
             given.insert(found->second).second) {
           *element.id = found->second;
+          if (base->chosen_ids.contains(found->second)) {
+            service.chosen_ids.insert(found->second);
+          }
         }
       }
     };
@@ -214,7 +218,7 @@ class Allocation {
     return all;
   }
 
-  void members(const Service& service, const std::vector<Element>& elements,
+  void members(Service& service, const std::vector<Element>& elements,
                std::map<std::string, std::uint16_t, std::less<>>& locked, IdRange range, const char* what) {
     Numbers numbers{range.first, range.last};
     std::set<std::uint16_t> given;
@@ -245,6 +249,7 @@ class Allocation {
         kept = locked.emplace(element.name, *id).first;
       }
       *element.id = someip::MethodId{kept->second};
+      service.chosen_ids.insert(**element.id);
     }
   }
 
@@ -276,7 +281,7 @@ class Allocation {
       }
     }
     if (used && service.eventgroups.empty()) {
-      service.eventgroups.push_back({.name = "all", .id = id});
+      service.eventgroups.push_back({.name = "all", .id = id, .id_is_chosen = true});
     }
   }
 
@@ -284,8 +289,11 @@ class Allocation {
     const std::string name = full_name(service.scope, service.name);
     if (!named_.contains(name) && !(service.id && nameless_.contains(*service.id))) {
       named_.insert(name);
-      model_.instances.push_back(
-          {.service = name, .service_id = service.id, .id = someip::InstanceId{1}, .place = service.place});
+      model_.instances.push_back({.service = name,
+                                  .service_id = service.id,
+                                  .id = someip::InstanceId{1},
+                                  .id_is_chosen = true,
+                                  .place = service.place});
     }
   }
 
@@ -305,6 +313,7 @@ class Allocation {
       const auto id = numbers.try_emplace(of(one), 1, 0xfffe).first->second.next();
       if (id) {
         one.id = someip::InstanceId{*id};
+        one.id_is_chosen = true;
         warning(one.place,
                 fmt::format("an instance of {} has no id: 0x{:04x} is taken",
                             one.service.empty() ? fmt::format("0x{:04x}", someip::value(*one.service_id))

@@ -42,7 +42,7 @@ struct IdRange {
 ///
 /// A service's id follows from its name, so that other services do not change it. Members get the lowest free
 /// number, in their order. What is in the lock keeps its id, and what is new is added there. An id that the
-/// model has wins over the lock.
+/// model has wins over the lock. The model tells which ids were chosen: Service::chosen_ids and others.
 /// @return what cannot be done: no id is left.
 [[nodiscard]] std::vector<documents::Problem> allocate_ids(Model& model, IdLock& lock, IdRange services = {});
 

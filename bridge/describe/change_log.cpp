@@ -2,12 +2,23 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "bridge/describe/change_rules.hpp"
 #include "bridge/describe/ros_names.hpp"
 
 namespace trestle::describe::comparing {
+
+namespace {
+
+/// What a deployment says beside the ids.
+constexpr std::array<std::string_view, 11> of_deployment{
+    "event-eventgroups", "transport", "segmentation", "collecting",  "byte-order",  "alignment",
+    "protection",        "layout",    "size-fixed",   "size-raised", "size-lowered"};
+
+}  // namespace
 
 std::string hex_of(std::uint32_t number) {
   return fmt::format("0x{:04x}", number);
@@ -19,6 +30,10 @@ std::string path_of(const std::string& element, const std::string& name) {
 
 void ChangeLog::add(std::string_view rule, std::string element, std::string before, std::string after,
                     Place old_place, Place new_place) {
+  if (is_deployment_open_ && std::ranges::find(of_deployment, rule) != of_deployment.end()) {
+    ++left_out_;
+    return;
+  }
   changes_.push_back({.rule = &comparing::rule(rule),
                       .element = std::move(element),
                       .before = std::move(before),

@@ -29,6 +29,10 @@ class ChangeLog {
   void renamed(std::string_view rule, const std::string& element, const std::string& before,
                const std::string& after, Place old_place, Place new_place);
   void take_names_of_ros(bool they_are) { ros_names_ = they_are; }
+  /// Whether one side leaves open how everything is carried: such changes are left out from here on.
+  void leave_out_deployment(bool it_is_open) { is_deployment_open_ = it_is_open; }
+  /// How many were left out.
+  [[nodiscard]] std::size_t left_out() const noexcept { return left_out_; }
 
   /// A change that is true of another element, too.
   void also(std::size_t change, std::string element);
@@ -41,6 +45,8 @@ class ChangeLog {
   std::vector<Change> changes_{};
   std::size_t also_count_ = 0;
   bool ros_names_ = false;
+  bool is_deployment_open_ = false;
+  std::size_t left_out_ = 0;
 };
 
 template <typename Id>

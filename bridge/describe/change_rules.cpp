@@ -15,6 +15,9 @@ constexpr std::array rules{
     ChangeRule{"service-renamed", none, breaking, "the same id under another name"},
     ChangeRule{"service-id", breaking, none, "old clients look for another service"},
     ChangeRule{"service-major", breaking, breaking, "clients ask for the other major version"},
+    ChangeRule{"deployment-missing", compatible, none,
+               "one of the two gives no ids, as a FIDL file without its FDEPL, and differs in layout or "
+               "transport: what it leaves open is not compared"},
     ChangeRule{"service-minor", compatible, none,
                "clients that ask for a higher minor version do not find it"},
     ChangeRule{"method-added", compatible, none, "old servers answer E_UNKNOWN_METHOD"},

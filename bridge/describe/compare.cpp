@@ -128,7 +128,13 @@ class Comparison {
     is_strict_ = can_say_the_same(old, now);
     types_.be_strict(is_strict_);
     const std::string& name = is.names ? now.name : old.name;
+    const std::size_t left_out = log_.left_out();
+    log_.leave_out_deployment(missing_ == MissingId::unknown && is_without_ids(old) != is_without_ids(now));
     compare(name, old_has_less ? with_fields(old, now) : old, new_has_less ? with_fields(now, old) : now);
+    log_.leave_out_deployment(false);
+    if (log_.left_out() > left_out) {
+      log_.add("deployment-missing", name, text_of(old.id), text_of(now.id), old.place, now.place);
+    }
   }
 
   /// What can be compared, as both sides say it.

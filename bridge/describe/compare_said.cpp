@@ -87,6 +87,14 @@ bool has_ids_alone(const Service& service) {
           !service.fields.empty());
 }
 
+bool is_without_ids(const Service& service) {
+  return !service.id &&
+         std::ranges::none_of(service.methods, [](const Method& one) { return one.id.has_value(); }) &&
+         std::ranges::none_of(service.events, [](const Event& one) { return one.id.has_value(); }) &&
+         std::ranges::none_of(service.fields,
+                              [](const Field& one) { return one.getter || one.setter || one.notifier; });
+}
+
 bool is_of_capture(const Service& service) {
   const auto is_seen = [](const auto& one) { return one.observed_bytes.has_value(); };
   return std::ranges::any_of(service.methods, is_seen) || std::ranges::any_of(service.events, is_seen) ||

@@ -23,6 +23,9 @@ namespace trestle::describe::comparing {
 /// Has ids alone, as vsomeip JSON and captures do: what it does not say may be so or not.
 [[nodiscard]] bool has_ids_alone(const Service& service);
 
+/// Has no id of its own and of no member, as a FIDL file without its FDEPL: how it is carried is open.
+[[nodiscard]] bool is_without_ids(const Service& service);
+
 /// Whether the model is what a capture shows: other services may be there too.
 [[nodiscard]] bool is_of_capture(const Model& model);
 /// What a capture shows stands at no line of a file.

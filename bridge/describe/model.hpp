@@ -26,6 +26,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -287,6 +288,7 @@ struct Field {
 struct Eventgroup {
   std::string name{};
   someip::EventgroupId id{};
+  bool id_is_chosen = false;  ///< nobody gave it: allocate_ids() chose it
   Place place{};
 };
 
@@ -304,8 +306,10 @@ struct Service {
   std::vector<Eventgroup> eventgroups{};  ///< sorted by id
   std::string base{};                     ///< FIDL: the interface that it extends; its members are copied in
   std::vector<std::string> manages{};
-  std::vector<std::string> namespaces{};  ///< AUTOSAR
-  bool from_ros = false;                  ///< ROS nodes have what it is made of: a bridge offers it
+  std::vector<std::string> namespaces{};    ///< AUTOSAR
+  bool from_ros = false;                    ///< ROS nodes have what it is made of: a bridge offers it
+  bool id_is_chosen = false;                ///< nobody gave it: allocate_ids() chose it
+  std::set<someip::MethodId> chosen_ids{};  ///< the same of its methods, events and parts of fields
   Notes notes{};
   Place place{};
 };
@@ -332,6 +336,7 @@ struct Instance {
       service{};  ///< "scope.name" of a Service (AUTOSAR: its path); or empty, when only ids are known
   std::optional<someip::ServiceId> service_id{};
   std::optional<someip::InstanceId> id{};  ///< nothing: any
+  bool id_is_chosen = false;               ///< nobody gave it: allocate_ids() chose it
   std::optional<std::uint8_t> major{};     ///< nothing: that of the service
   std::optional<std::uint32_t> minor{};    ///< required: nothing: any
   std::optional<IpAddress> address{};

@@ -324,10 +324,10 @@ void ModelWriter::protection(const Protection& protection, Json& json, const cha
   json[name] = std::move(e2e);
 }
 
-template <typename Id>
-Json ids_json(const std::vector<Id>& ids) {
+template <typename Ids>
+Json ids_json(const Ids& ids) {
   Json json = Json::array();
-  for (const Id id : ids) {
+  for (const auto id : ids) {
     json.push_back(id_json(id));
   }
   return json;
@@ -444,6 +444,9 @@ ModelWriter::Members ModelWriter::members_of_eventgroups(const Service& service)
 
 Json ModelWriter::eventgroup(const Members& members, const Eventgroup& eventgroup) const {
   Json json{{"name", eventgroup.name}, {"id", id_json(eventgroup.id)}};
+  if (eventgroup.id_is_chosen) {
+    json["id_is_chosen"] = true;
+  }
   const auto found = members.find(eventgroup.id);
   json["events"] = found == members.end() ? Json::array() : Json(found->second);
   place(eventgroup.place, json);
@@ -497,6 +500,12 @@ Json ModelWriter::service(const Service& service) const {
   Json json{{"name", service.name}, {"scope", service.scope}, {"id", id_json(service.id)}};
   json["major"] = unsigned{service.major};
   json["minor"] = service.minor;
+  if (service.id_is_chosen) {
+    json["id_is_chosen"] = true;
+  }
+  if (!service.chosen_ids.empty()) {
+    json["chosen_ids"] = ids_json(service.chosen_ids);
+  }
   if (!service.base.empty()) {
     json["base"] = service.base;
   }
@@ -545,6 +554,9 @@ Json timing_json(const sd::Timing& timing) {
 
 Json ModelWriter::instance(const Instance& instance, bool names_its_service) const {
   Json json{{"name", instance.name}, {"id", id_json(instance.id)}};
+  if (instance.id_is_chosen) {
+    json["id_is_chosen"] = true;
+  }
   json["role"] = instance.role == Instance::Role::provided ? "provided" : "required";
   if (names_its_service) {
     json["service"] = instance.service;

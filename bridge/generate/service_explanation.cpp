@@ -14,12 +14,24 @@
 namespace trestle::generate {
 namespace {
 
+using Id = ServiceExplanation::Id;
 using Message = ServiceExplanation::Message;
 using Member = ServiceExplanation::Member;
 
-template <typename Id>
-std::string text(const std::optional<Id>& id) {
+template <typename Number>
+std::string text(const std::optional<Number>& id) {
   return id ? fmt::format("0x{:04x}", static_cast<unsigned>(*id)) : "without id";
+}
+
+/// "0x0010"; of a field "get 0x0001, notify 0x8001".
+/// @param chosen  stands behind those that Trestle chose.
+std::string text(const std::vector<Id>& ids, std::string_view chosen) {
+  std::string all;
+  for (const Id& id : ids) {
+    all += fmt::format("{}{}{}{}{}", all.empty() ? "" : ", ", id.part, id.part.empty() ? "" : " ", id.text,
+                       id.is_chosen ? chosen : "");
+  }
+  return all;
 }
 
 class Maker {
@@ -29,10 +41,10 @@ class Maker {
 
   ServiceExplanation make() const {
     ServiceExplanation made{.name = describe::full_name(service_.scope, service_.name),
-                            .id = text(service_.id),
+                            .id = {{}, text(service_.id), service_.id_is_chosen},
                             .version = fmt::format("{}.{}", service_.major, service_.minor)};
     for (const describe::Method& method : service_.methods) {
-      Member member{"method", describe::member_key(method.name, method.selector), text(method.id)};
+      Member member{"method", describe::member_key(method.name, method.selector), {id({}, method.id)}};
       member.messages.push_back({"request", values(method.request)});
       if (!method.fire_and_forget) {
         member.messages.push_back({"response", values(describe::response_of(model_, method))});
@@ -42,7 +54,7 @@ class Maker {
     for (const describe::Event& event : service_.events) {
       made.members.push_back({"event",
                               describe::member_key(event.name, event.selector),
-                              text(event.id),
+                              {id({}, event.id)},
                               {{"payload", values(event.payload)}}});
     }
     for (const describe::Field& field : service_.fields) {
@@ -52,11 +64,15 @@ class Maker {
   }
 
  private:
-  static std::string ids(const describe::Field& field) {
-    std::string all;
-    const auto add = [&](const char* part, bool is_there, const std::optional<someip::MethodId>& id) {
+  Id id(std::string part, const std::optional<someip::MethodId>& id) const {
+    return {std::move(part), text(id), id && service_.chosen_ids.contains(*id)};
+  }
+
+  std::vector<Id> ids(const describe::Field& field) const {
+    std::vector<Id> all;
+    const auto add = [&](const char* part, bool is_there, const std::optional<someip::MethodId>& number) {
       if (is_there) {
-        all += fmt::format("{}{} {}", all.empty() ? "" : ", ", part, text(id));
+        all.push_back(id(part, number));
       }
     };
     add("get", field.has_getter, field.getter);
@@ -115,30 +131,43 @@ tl::expected<std::optional<ServiceExplanation>, std::string> explain_service(con
 }
 
 std::string to_text(const ServiceExplanation& explanation) {
+  constexpr std::string_view chosen = " chosen";
   std::size_t name_width = 0;
   std::size_t ids_width = 0;
+  bool any_chosen = explanation.id.is_chosen;
   for (const Member& member : explanation.members) {
     name_width = std::max(name_width, member.name.size());
-    ids_width = std::max(ids_width, member.ids.size());
+    ids_width = std::max(ids_width, text(member.ids, chosen).size());
+    any_chosen = any_chosen || std::ranges::any_of(member.ids, &Id::is_chosen);
   }
-  std::string text = fmt::format("{} {}, version {}:{}\n", explanation.name, explanation.id,
-                                 explanation.version, explanation.members.empty() ? " no members" : "");
+  std::string all = fmt::format("{} {}, version {}:{}\n", explanation.name, text({explanation.id}, chosen),
+                                explanation.version, explanation.members.empty() ? " no members" : "");
   for (const Member& member : explanation.members) {
-    text += fmt::format("  {:6}  {:{}}  {:{}} ", member.kind, member.name, name_width, member.ids, ids_width);
+    all += fmt::format("  {:6}  {:{}}  {:{}} ", member.kind, member.name, name_width,
+                       text(member.ids, chosen), ids_width);
     for (const Message& message : member.messages) {
-      text += fmt::format(" {}({})", message.part, message.values);
+      all += fmt::format(" {}({})", message.part, message.values);
     }
-    text += "\n";
+    all += "\n";
   }
-  return text;
+  return any_chosen ? all + "chosen: Trestle chose this id, because no description gives it\n" : all;
 }
 
 std::string to_json_text(const ServiceExplanation& explanation) {
   using OrderedJson = nlohmann::ordered_json;
-  OrderedJson json{{"service", explanation.name}, {"id", explanation.id}, {"version", explanation.version}};
+  OrderedJson json{
+      {"service", explanation.name}, {"id", explanation.id.text}, {"version", explanation.version}};
+  if (explanation.id.is_chosen) {
+    json["id_is_chosen"] = true;
+  }
   json["members"] = OrderedJson::array();
   for (const Member& member : explanation.members) {
-    OrderedJson one{{"kind", member.kind}, {"name", member.name}, {"ids", member.ids}};
+    OrderedJson one{{"kind", member.kind}, {"name", member.name}, {"ids", text(member.ids, {})}};
+    for (const Id& id : member.ids) {
+      if (id.is_chosen) {
+        one["chosen_ids"].push_back(id.text);
+      }
+    }
     for (const Message& message : member.messages) {
       one[message.part] = message.values;
     }

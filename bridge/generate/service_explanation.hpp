@@ -15,14 +15,19 @@ struct ServiceExplanation {
     std::string part;    ///< "request", "response", "payload"
     std::string values;  ///< "Side side, uint16[] angles"; empty: none
   };
+  struct Id {
+    std::string part;        ///< of a field: "get", "set", "notify"; else empty
+    std::string text;        ///< "0x4711"
+    bool is_chosen = false;  ///< no description gives it: Trestle chose it
+  };
   struct Member {
     std::string kind;  ///< "method", "event", "field"
     std::string name;  ///< "open", "open:slowly"
-    std::string ids;   ///< "0x0010"; of a field "get 0x0001, notify 0x8001"
+    std::vector<Id> ids{};
     std::vector<Message> messages{};
   };
   std::string name;  ///< "car.Door"
-  std::string id;    ///< "0x4711"
+  Id id;
   std::string version;
   std::vector<Member> members{};  ///< methods, events, fields
 };

@@ -115,6 +115,45 @@ TEST(AllocateIds, LeavesWhatIsGiven) {
   EXPECT_FALSE(lock.services.at("car.Door").service);  // given, not chosen
 }
 
+TEST(AllocateIds, MarksWhatItChose) {
+  Model model{.services = {service("Door"), service("Lamp")}};
+  Service& door = model.services[0];
+  door.id = someip::ServiceId{0x1234};
+  door.methods[1].id = someip::MethodId{1};
+  door.events[0].eventgroups = {someip::EventgroupId{7}};
+  door.eventgroups = {{.id = someip::EventgroupId{7}}};
+  model.instances = {{.service = "car.Door", .id = someip::InstanceId{9}}};
+  // What is inherited has ids of both kinds.
+  model.services[1].base = "car.Door";
+  model.services[1].events.clear();
+  model.services[1].fields.clear();
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_FALSE(door.id_is_chosen);
+  EXPECT_FALSE(door.eventgroups[0].id_is_chosen);
+  EXPECT_FALSE(model.instances[0].id_is_chosen);
+  const auto chosen = [](std::initializer_list<std::uint16_t> ids) {
+    std::set<someip::MethodId> all;
+    for (const std::uint16_t id : ids) {
+      all.insert(someip::MethodId{id});
+    }
+    return all;
+  };
+  EXPECT_EQ(door.chosen_ids, chosen({2, 3, 4, 5, 0x8001, 0x8002, 0x8003}));
+  const Service& lamp = model.services[1];
+  EXPECT_EQ(ids(lamp), "2 1 ");
+  EXPECT_TRUE(lamp.id_is_chosen);
+  EXPECT_EQ(lamp.chosen_ids, chosen({2}));
+  ASSERT_EQ(model.instances.size(), 2);
+  EXPECT_TRUE(model.instances[1].id_is_chosen);
+
+  Model bare{.services = {service("Door")}};
+  IdLock other;
+  EXPECT_THAT(allocate_ids(bare, other), IsEmpty());
+  ASSERT_EQ(bare.services[0].eventgroups.size(), 1);
+  EXPECT_TRUE(bare.services[0].eventgroups[0].id_is_chosen);
+}
+
 TEST(AllocateIds, GivesServicesTheSameIdsWhateverIsBesideThem) {
   Model alone{.services = {service("Door")}};
   IdLock lock;

@@ -84,8 +84,27 @@ Service& service(Model& model) {
   return model.services.front();
 }
 
+/// As a FIDL file without its FDEPL.
+void leave_out_ids(Service& service) {
+  service.id = std::nullopt;
+  for (Method& method : service.methods) {
+    method.id = std::nullopt;
+  }
+  for (Event& event : service.events) {
+    event.id = std::nullopt;
+  }
+  for (Field& field : service.fields) {
+    field.getter = field.setter = field.notifier = std::nullopt;
+  }
+}
+
 const std::vector<Edit>& edits() {
   static const std::vector<Edit> all{
+      {{"deployment-missing"},
+       [](Model& m) {
+         leave_out_ids(service(m));
+         service(m).methods.front().request_transfer.transport = Transport::tcp;
+       }},
       {{"service-added"}, [](Model& m) { m.services.push_back({.name = "Window"}); }},
       {{"service-removed"}, [](Model& m) { m.services.clear(); }},
       {{"service-renamed"},
@@ -635,6 +654,28 @@ TEST(Compare, TakesAnIdThatNobodyGaveForUnknown) {
   EXPECT_THAT(
       ids(compare(full, without, MissingId::different)),
       ElementsAre("service-id", "method-id", "event-id", "event-eventgroups", "field-id", "field-id"));
+}
+
+TEST(Compare, TellsInOneLineWhatOneSideLeavesOpenWithoutDeployment) {
+  Model full = door();
+  // As a FDEPL would have it: widths, limits, eventgroups, transports.
+  service(full).fields[0].payload.values[0].wire.length = someip::FieldWidth::bits16;
+  service(full).methods[0].request_transfer.transport = Transport::tcp;
+  full.at(list).fixed_size = true;
+  full.at(mode).primitive = messages::Primitive::uint32;
+  Model without = door();
+  leave_out_ids(service(without));
+  EXPECT_THAT(ids(compare(full, without)), ElementsAre("deployment-missing"));
+  EXPECT_THAT(ids(compare(without, full)), ElementsAre("deployment-missing"));
+  // Names and types are compared.
+  service(without).events[0].name = "turned";
+  without.at(extras).members[0].type = text;
+  EXPECT_THAT(ids(compare(full, without)),
+              ElementsAre("type-changed", "event-added", "event-removed", "deployment-missing"));
+  // With one id, a deployment is there.
+  without = door();
+  service(without).id = std::nullopt;
+  EXPECT_THAT(ids(compare(full, without)), Contains("transport"));
 }
 
 TEST(Compare, FindsAServiceWithoutIdByTheLastPartOfItsNameOrItsMembers) {

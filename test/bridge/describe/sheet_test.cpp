@@ -68,6 +68,35 @@ TEST(WriteSheet, HasTheLayoutOfEachPayload) {
   }
 }
 
+TEST(WriteSheet, MarksIdsThatNobodyGave) {
+  EXPECT_THAT(written_sheet().files[0].text, Not(HasSubstr("chosen")));
+  Model model;
+  model.services.push_back(
+      {.name = "Door",
+       .id = someip::ServiceId{0x4abc},
+       .events = {{.name = "moved",
+                   .id = someip::MethodId{0x8001},
+                   .eventgroups = {someip::EventgroupId{1}}}},
+       .methods = {{.name = "open", .id = someip::MethodId{1}}, {.name = "shut", .id = someip::MethodId{2}}},
+       .fields = {{.name = "level",
+                   .getter = someip::MethodId{3},
+                   .notifier = someip::MethodId{0x8002},
+                   .has_setter = false}},
+       .eventgroups = {{.name = "all", .id = someip::EventgroupId{1}, .id_is_chosen = true}},
+       .id_is_chosen = true,
+       .chosen_ids = {someip::MethodId{1}, someip::MethodId{0x8001}, someip::MethodId{3}}});
+  model.instances.push_back({.service = "Door", .id = someip::InstanceId{1}, .id_is_chosen = true});
+  const Written written = write_sheet(model);
+  for (const char* part :
+       {"| Door | 0x4abc chosen | 1.0 |", "\nchosen: Trestle chose this id, because no description gives it.",
+        "\n## Door (0x4abc chosen, version 1.0)\n", "|  | 0x0001 chosen | provided |",
+        "| all | 0x0001 chosen | moved |", "\n### Method open (0x0001 chosen)\n",
+        "\n### Method shut (0x0002)\n", "\n### Event moved (0x8001 chosen)\n",
+        "\n### Field level (getter 0x0003 chosen, notifier 0x8002)\n"}) {
+    EXPECT_THAT(written.files[0].text, HasSubstr(part));
+  }
+}
+
 TEST(WriteSheet, WritesOneHtmlFileThatNeedsNothingElse) {
   const std::string text = written_sheet().files[1].text;
   EXPECT_THAT(text, HasSubstr("<h3>Method open (0x0001)</h3>\n<p>Opens &amp; closes</p>"));

@@ -102,6 +102,15 @@ std::string text_of(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>{in}, {}};
 }
 
+std::string file_of(const Written& written, const std::string& path) {
+  for (const TextFile& file : written.files) {
+    if (file.path == path) {
+      return file.text;
+    }
+  }
+  return "no such file";
+}
+
 /// tshark with what the writer made.
 class Tshark : public ::testing::Test {
  protected:
@@ -239,7 +248,16 @@ TEST_F(Tshark, ShowsMethodsFieldsTagsAndE2e) {
              .byte_order = std::endian::little,
              .length_fields_always_big = true});
   all.service().events[0].e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  // Marked by comments, which tshark takes.
+  all.service().id_is_chosen = all.service().eventgroups[0].id_is_chosen = true;
+  all.service().chosen_ids = {someip::MethodId{1}};
   const Written written = write_wireshark(all.model);
+  const std::string chosen = "\n# chosen by Trestle, not given by a description:\n";
+  EXPECT_THAT(file_of(written, "SOMEIP_service_identifiers"), HasSubstr(chosen + "\"1234\",\"Car\"\n"));
+  EXPECT_THAT(file_of(written, "SOMEIP_method_event_identifiers"),
+              HasSubstr(chosen + "\"1234\",\"0001\",\"open\"\n\"1234\",\"0002\",\"fire\"\n"));
+  EXPECT_THAT(file_of(written, "SOMEIP_eventgroup_identifiers"),
+              HasSubstr(chosen + "\"1234\",\"0001\",\"all\"\n"));
   EXPECT_THAT(written.not_carried, IsEmpty());
   Conversation conversation;
   conversation.message(1, 0x00, big(0x1001, 2) + big(9, 2) + big(0x4005, 2) + counted(utf8("me"), 2));
@@ -258,15 +276,6 @@ TEST_F(Tshark, ShowsMethodsFieldsTagsAndE2e) {
     EXPECT_THAT(shown, HasSubstr(line));
   }
   EXPECT_THAT(shown, Not(HasSubstr("Malformed")));
-}
-
-std::string file_of(const Written& written, const std::string& path) {
-  for (const TextFile& file : written.files) {
-    if (file.path == path) {
-      return file.text;
-    }
-  }
-  return "no such file";
 }
 
 TEST(WriteWireshark, WritesThePortsOfTheInstances) {

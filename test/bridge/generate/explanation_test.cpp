@@ -13,6 +13,7 @@
 namespace trestle::generate {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -228,8 +229,32 @@ TEST(ExplainService, ShowsMembersWithIdsAndValues) {
   const auto json = nlohmann::json::parse(to_json_text(**made));
   EXPECT_EQ(json["id"], "0x4711");
   EXPECT_EQ(json["members"][0]["response"], "bool done");
+  EXPECT_FALSE(json.contains("id_is_chosen") || json["members"][0].contains("chosen_ids"));
   EXPECT_FALSE(explain_service(system, "Door.open")->has_value());
   EXPECT_FALSE(explain_service(system, "Dor")->has_value());
+}
+
+TEST(ExplainService, MarksIdsThatNobodyGave) {
+  const std::string fidl = "method open { }\nattribute UInt8 level noSubscriptions\n";
+  const auto bare = explain_service(system_of(fidl), "Door");
+  ASSERT_TRUE(bare && *bare);
+  EXPECT_THAT(to_text(**bare),
+              ContainsRegex("^car.Door 0x[0-9a-f]{4} chosen, version 1.0:\n"
+                            "  method  open   0x0001 chosen  .*\n"
+                            "  field   level  get 0x0002 chosen, set 0x0003 chosen  .*\n"
+                            "chosen: Trestle chose this id, because no description gives it\n$"));
+  const auto some = explain_service(
+      system_of(fidl,
+                "SomeIpServiceID = 0x4711\nattribute level { SomeIpGetterID = 5 SomeIpSetterID = 6 }\n"),
+      "Door");
+  ASSERT_TRUE(some && *some);
+  EXPECT_THAT(to_text(**some), AllOf(HasSubstr("car.Door 0x4711, version"), HasSubstr("0x0001 chosen"),
+                                     HasSubstr("get 0x0005, set 0x0006 ")));
+  const auto json = nlohmann::json::parse(to_json_text(**some));
+  EXPECT_FALSE(json.contains("id_is_chosen"));
+  EXPECT_EQ(json["members"][0]["ids"], "0x0001");
+  EXPECT_EQ(json["members"][0]["chosen_ids"], nlohmann::json::array({"0x0001"}));
+  EXPECT_TRUE(nlohmann::json::parse(to_json_text(**bare))["id_is_chosen"]);
 }
 
 TEST(Explain, TellsWhatIsWrong) {

@@ -17,8 +17,18 @@ namespace trestle::describe {
 namespace {
 
 template <typename Id>
-std::string id_text(const std::optional<Id>& id) {
-  return id ? fmt::format("0x{:04x}", someip::value(*id)) : std::string{"?"};
+std::string id_text(const std::optional<Id>& id, bool is_chosen = false) {
+  return id ? fmt::format("0x{:04x}{}", someip::value(*id), is_chosen ? " chosen" : "") : std::string{"?"};
+}
+
+/// That of a method, an event, or a part of a field.
+std::string id_text(const Service& service, const std::optional<someip::MethodId>& id) {
+  return id_text(id, id && service.chosen_ids.contains(*id));
+}
+
+bool has_chosen_id(const Service& service) {
+  return service.id_is_chosen || !service.chosen_ids.empty() ||
+         std::ranges::any_of(service.eventgroups, &Eventgroup::id_is_chosen);
 }
 
 /// What both forms of the sheet are written by.
@@ -150,11 +160,16 @@ class SheetWriter {
     if (!model_.services.empty()) {
       std::vector<std::vector<std::string>> rows;
       for (const Service& one : model_.services) {
-        rows.push_back({full_name(one.scope, one.name), id_text(one.id),
+        rows.push_back({full_name(one.scope, one.name), id_text(one.id, one.id_is_chosen),
                         fmt::format("{}.{}", one.major, one.minor), std::to_string(one.methods.size()),
                         std::to_string(one.events.size()), std::to_string(one.fields.size())});
       }
       form_.table({"service", "id", "version", "methods", "events", "fields"}, rows);
+    }
+    if (std::ranges::any_of(model_.services, has_chosen_id) ||
+        std::ranges::any_of(model_.instances, &Instance::id_is_chosen)) {
+      form_.paragraph(
+          "chosen: Trestle chose this id, because no description gives it. Other programs do not know it.");
     }
     std::ranges::for_each(model_.services, [this](const Service& one) { service(one); });
     types();
@@ -204,12 +219,12 @@ class SheetWriter {
 
   void service(const Service& service) {
     form_.heading(2, fmt::format("{} ({}, version {}.{})", full_name(service.scope, service.name),
-                                 id_text(service.id), service.major, service.minor));
+                                 id_text(service.id, service.id_is_chosen), service.major, service.minor));
     notes(service.notes);
     instances(service);
     eventgroups(service);
     for (const Method& one : service.methods) {
-      form_.heading(3, fmt::format("Method {} ({})", one.name, id_text(one.id)));
+      form_.heading(3, fmt::format("Method {} ({})", one.name, id_text(service, one.id)));
       notes(one.notes);
       const std::string element = full_name(service.scope, service.name) + "." + one.name;
       payload(element, one.fire_and_forget ? "Request (fire and forget)" : "Request", one.request,
@@ -226,7 +241,7 @@ class SheetWriter {
       protection(one.e2e);
     }
     for (const Event& one : service.events) {
-      form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(one.id)));
+      form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(service, one.id)));
       notes(one.notes);
       payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload, one.transfer,
               one.place);
@@ -234,9 +249,9 @@ class SheetWriter {
     }
     for (const Field& one : service.fields) {
       std::string parts;
-      const auto part = [&parts](bool there, const char* what, const std::optional<someip::MethodId>& id) {
+      const auto part = [&](bool there, const char* what, const std::optional<someip::MethodId>& id) {
         if (there) {
-          parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", what, id_text(id));
+          parts += fmt::format("{}{} {}", parts.empty() ? "" : ", ", what, id_text(service, id));
         }
       };
       part(one.has_getter, "getter", one.getter);
@@ -256,7 +271,7 @@ class SheetWriter {
     std::vector<std::vector<std::string>> rows;
     for (const Instance* const there : instances_.of(service)) {
       const Instance& one = *there;
-      rows.push_back({one.name, one.id ? id_text(one.id) : "any",
+      rows.push_back({one.name, one.id ? id_text(one.id, one.id_is_chosen) : "any",
                       one.role == Instance::Role::provided ? "provided" : "required",
                       one.address ? someip::to_string(*one.address) : "",
                       one.udp_port ? std::to_string(*one.udp_port) : "",
@@ -286,7 +301,8 @@ class SheetWriter {
     }
     std::vector<std::vector<std::string>> rows;
     for (const Eventgroup& group : service.eventgroups) {
-      rows.push_back({group.name, id_text(std::optional{group.id}), members[group.id], multicast[group.id]});
+      rows.push_back({group.name, id_text(std::optional{group.id}, group.id_is_chosen), members[group.id],
+                      multicast[group.id]});
     }
     if (!rows.empty()) {
       form_.table({"eventgroup", "id", "events and fields", "multicast"}, rows);

@@ -89,7 +89,8 @@ class WiresharkWriter {
   void service(const Service& service);
   void payload(const std::string& element, someip::MethodId id, unsigned message_type, const Payload& payload,
                const Protection& e2e, TypeIndex error, Place place);
-  void name(someip::MethodId id, const std::string& name);  ///< it stays whatever becomes of the payload
+  /// It stays whatever becomes of the payload.
+  void name(const Service& service, someip::MethodId id, const std::string& name);
   [[nodiscard]] std::vector<Value> values_of(const Payload& payload, TypeIndex error) const;
   void preferences();
 
@@ -130,6 +131,14 @@ class WiresharkWriter {
     std::string line;
     ((line += fmt::format("{}\"{}\"", line.empty() ? "" : ",", cells)), ...);
     pending_.push_back({table, line + "\n"});
+  }
+  /// A row that gives an id a name.
+  template <typename... Cells>
+  void name_row(bool id_is_chosen, const char* table, const Cells&... cells) {
+    if (id_is_chosen) {
+      pending_.push_back({table, "# chosen by Trestle, not given by a description:\n"});
+    }
+    row(table, cells...);
   }
   /// The rows of a payload count only when all of it has a form.
   void commit() {
@@ -562,8 +571,9 @@ void WiresharkWriter::payload(const std::string& element, someip::MethodId id, u
   commit();
 }
 
-void WiresharkWriter::name(someip::MethodId id, const std::string& name) {
-  row("SOMEIP_method_event_identifiers", service_id_, fmt::format("{:04x}", someip::value(id)), cell(name));
+void WiresharkWriter::name(const Service& service, someip::MethodId id, const std::string& name) {
+  name_row(service.chosen_ids.contains(id), "SOMEIP_method_event_identifiers", service_id_,
+           fmt::format("{:04x}", someip::value(id)), cell(name));
   commit();
 }
 
@@ -584,7 +594,7 @@ void WiresharkWriter::service(const Service& service) {
   service_id_ = fmt::format("{:04x}", someip::value(*service.id));
   service_name_ = filter_part(service.name);
   major_ = service.major;
-  row("SOMEIP_service_identifiers", service_id_, cell(service.name));
+  name_row(service.id_is_chosen, "SOMEIP_service_identifiers", service_id_, cell(service.name));
   std::set<someip::MethodId> ids;
   const auto is_new = [&](const std::string& element, const std::optional<someip::MethodId>& id,
                           Place place) {
@@ -598,7 +608,7 @@ void WiresharkWriter::service(const Service& service) {
   };
   for (const Event& one : service.events) {
     if (is_new(one.name, one.id, one.place)) {
-      name(*one.id, one.name);
+      name(service, *one.id, one.name);
       payload(full + "." + one.name, *one.id, notification, one.payload, one.e2e, no_type, one.place);
     }
   }
@@ -606,7 +616,7 @@ void WiresharkWriter::service(const Service& service) {
     if (!is_new(one.name, one.id, one.place)) {
       continue;
     }
-    name(*one.id, one.name);
+    name(service, *one.id, one.name);
     payload(full + "." + one.name, *one.id, one.fire_and_forget ? request_no_return : request, one.request,
             one.e2e, no_type, one.place);
     if (!one.fire_and_forget) {
@@ -616,22 +626,23 @@ void WiresharkWriter::service(const Service& service) {
   for (const Field& one : service.fields) {
     const std::string element = full + "." + one.name;
     if (one.has_notifier && is_new(one.name, one.notifier, one.place)) {
-      name(*one.notifier, one.name);
+      name(service, *one.notifier, one.name);
       payload(element, *one.notifier, notification, one.payload, one.e2e, no_type, one.place);
     }
     if (one.has_getter && is_new(one.name, one.getter, one.place)) {
-      name(*one.getter, one.name + "_get");
+      name(service, *one.getter, one.name + "_get");
       payload(element, *one.getter, response, one.payload, {}, no_type, one.place);
     }
     if (one.has_setter && is_new(one.name, one.setter, one.place)) {
-      name(*one.setter, one.name + "_set");
+      name(service, *one.setter, one.name + "_set");
       payload(element, *one.setter, request, one.payload, {}, no_type, one.place);
       payload(element, *one.setter, response, one.payload, {}, no_type, one.place);
     }
   }
   for (const Eventgroup& one : service.eventgroups) {
-    row("SOMEIP_eventgroup_identifiers", service_id_, fmt::format("{:04x}", someip::value(one.id)),
-        one.name.empty() ? fmt::format("eventgroup_{:04x}", someip::value(one.id)) : cell(one.name));
+    name_row(one.id_is_chosen, "SOMEIP_eventgroup_identifiers", service_id_,
+             fmt::format("{:04x}", someip::value(one.id)),
+             one.name.empty() ? fmt::format("eventgroup_{:04x}", someip::value(one.id)) : cell(one.name));
   }
   commit();
 }
