@@ -9,6 +9,7 @@
 
 #include "bridge/describe/marks.hpp"
 #include "bridge/describe/ros_names.hpp"
+#include "bridge/describe/units.hpp"
 #include "bridge/messages/types/characters.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
@@ -391,7 +392,7 @@ bool TypeLowering::add_uses(Shape& shape, const std::vector<Value>& values, cons
     if (!is_array(type) || !is_choice) {  // else those of the message between
       add_names(use->field, value, what);
     }
-    use->unit = unit_of(value);
+    use->unit = measured_in(model_, value);
     shape.definition.fields.push_back(use->field);
     shape.uses.push_back(std::move(*use));
   }
@@ -650,21 +651,6 @@ void TypeLowering::add_names(messages::Field& field, const Value& value, const s
     return;
   }
   field.mark = std::move(text);
-}
-
-/// What the value says, or else its type does.
-std::string TypeLowering::unit_of(const Value& value) const {
-  TypeIndex index = value.type;
-  const std::string* unit = &value.notes.unit;
-  for (std::size_t steps = 0; unit->empty() && is_in(model_, index) && steps <= max_type_nesting; ++steps) {
-    const Type& type = model_.at(index);
-    unit = &type.notes.unit;
-    if (type.kind != Kind::alias && type.kind != Kind::array) {
-      break;
-    }
-    index = type.element.type;
-  }
-  return *unit;
 }
 
 /// Each enumeration's once, however many fields use it.

@@ -87,7 +87,6 @@ class TypeLowering {
   std::optional<std::size_t> new_entry(const Type& map, const Owner& owner, const std::string& name);
   void add_enumerators(Shape& shape, Shape::Use& use, const Value& value);
   void add_names(messages::Field& field, const Value& value, const std::string& what);
-  [[nodiscard]] std::string unit_of(const Value& value) const;
   std::shared_ptr<const messages::Enumerators> enumerators_of(const Type& type);
   void constants_of(Shape& shape, std::string_view scope, bool keeps_names);
   /// @return the name that it got.

@@ -45,18 +45,40 @@ cli::TextArgument values_of(const std::string& argument) {
   return cli::text_of_argument(option, option, argument);
 }
 
+/// Whether a source stands where the element does: then all is wanted that there is. A folder may have the
+/// name of a service.
+bool is_source(const std::string& element, bool has_sources) {
+  std::error_code ignored;
+  return has_sources ? std::filesystem::is_regular_file(element, ignored)
+                     : std::filesystem::exists(element, ignored);
+}
+
 int run_explain(ExplainArguments& arguments) {
-  arguments.sources.sources.insert(arguments.sources.sources.end(), arguments.interfaces.begin(),
-                                   arguments.interfaces.end());
-  if (arguments.sources.sources.empty()) {
-    if (!messages::interface_name(arguments.element)) {
-      throw CLI::ValidationError{"SOURCE", "is needed: which files describe the interfaces?"};
+  std::vector<std::string>& sources = arguments.sources.sources;
+  sources.insert(sources.end(), arguments.interfaces.begin(), arguments.interfaces.end());
+  const bool wants_all = is_source(arguments.element, !sources.empty());
+  if (wants_all) {
+    sources.insert(sources.begin(), arguments.element);
+    if (!arguments.values.empty()) {
+      throw CLI::ValidationError{"--values", "are those of one element: which one?"};
     }
-    arguments.sources.sources = {arguments.element};  // a ROS type says it all
+  } else if (sources.empty()) {
+    if (!messages::interface_name(arguments.element)) {
+      throw CLI::ValidationError{
+          "SOURCE", fmt::format("is needed: which files describe {}? There is no file of this name",
+                                documents::quote(arguments.element))};
+    }
+    sources = {arguments.element};  // a ROS type says it all
   }
+  arguments.sources.options.lowers = !wants_all;
   const describe::System system = arguments.sources.read();
   if (!system.good) {
     return cli::exit_usage;
+  }
+  if (wants_all) {
+    const Contents contents = contents_of(system);
+    fmt::print("{}", arguments.json ? to_json_text(contents) : to_text(contents));
+    return cli::exit_ok;
   }
   cli::TextArgument values = arguments.values.empty() ? cli::TextArgument{} : values_of(arguments.values);
   if (!arguments.values.empty() && values.text.empty()) {
@@ -97,8 +119,10 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   arguments->sources = SourceArguments{readers};
   CLI::App* command = app.add_subcommand("explain", "Show which bytes of a message belong to which field");
   command
-      ->add_option("ELEMENT", arguments->element,
-                   "An event, method or field, such as Door.open or Door.open.response, a type, or a service")
+      ->add_option(
+          "ELEMENT", arguments->element,
+          "An event, method or field, such as Door.open or Door.open.response, a type, or a service; "
+          "without one: list what there is")
       ->required();
   arguments->sources.add_to(*command);
   command->get_option("SOURCE")->required(false);
@@ -112,9 +136,11 @@ void add_explain_command(CLI::App& app, int& status, const SourceReaders& reader
   command->add_flag("--json", arguments->json, "Print JSON");
   command->footer(
       "Each line is a range of bytes: offset, size, field, type and rule; with --values also bytes and "
-      "value. A service is shown with its members, their ids and values.\n" +
+      "value; below stand the names of enumerations. A service is shown with its members, their ids and "
+      "values.\nWith sources alone, all services and types are listed.\n" +
       source_forms() +
       "\n\nExamples:\n"
+      "  trestle explain Door.fidl Door.fdepl\n"
       "  trestle explain Door.open Door.fidl Door.fdepl\n"
       "  trestle explain Door Door.fidl Door.fdepl\n"
       "  trestle explain Door.moved car.arxml --values '{position: 7}'\n"

@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "bridge/describe/model_source.hpp"
@@ -26,6 +27,7 @@ using describe::LoweredMember;
 using describe::Model;
 using describe::Payload;
 using describe::Protection;
+using describe::Value;
 
 /// One part of what was asked for.
 struct Part {
@@ -257,6 +259,57 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
                                     to_string(bytes.error()))};
 }
 
+/// The enumerations of a payload, each once, those of its first values first.
+std::vector<Explanation::Enumeration> enumerations_of(const Model& model, const Payload& payload) {
+  std::vector<Explanation::Enumeration> all;
+  std::set<describe::TypeIndex> seen;
+  std::vector<Value> open{payload.values.rbegin(), payload.values.rend()};
+  const auto look_at = [&](const Value& value, const std::string& name) {
+    open.push_back(value);
+    open.back().name = value.name.empty() ? name : value.name;
+  };
+  while (!open.empty()) {
+    const Value value = std::move(open.back());
+    open.pop_back();
+    if (static_cast<std::size_t>(value.type) >= model.types.size() || !seen.insert(value.type).second) {
+      continue;
+    }
+    const describe::Type& type = model.at(value.type);
+    if (type.kind == describe::Kind::enumeration) {
+      all.push_back({type.name.empty() ? value.name : type.name, describe::all_enumerators(model, type),
+                     type.primitive == messages::Primitive::uint64});
+    }
+    look_at(type.element, value.name);
+    look_at(type.key, value.name);
+    const std::vector<Value> members = describe::all_members(model, type);
+    std::for_each(members.rbegin(), members.rend(), [&](const Value& one) { look_at(one, value.name); });
+  }
+  return all;
+}
+
+std::string text_of(const Explanation::Enumeration& enumeration, const describe::Enumerator& one) {
+  return enumeration.is_unsigned ? std::to_string(static_cast<std::uint64_t>(one.value))
+                                 : std::to_string(one.value);
+}
+
+/// "  Side: LEFT = 0, RIGHT = 1", in several lines if need be.
+std::string line_of(const Explanation::Enumeration& enumeration) {
+  constexpr std::size_t widest = 100;
+  std::string text = "  " + enumeration.name + ":";
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < enumeration.enumerators.size(); ++i) {
+    const describe::Enumerator& one = enumeration.enumerators[i];
+    const std::string piece = fmt::format("{} = {}", one.name, text_of(enumeration, one));
+    text += i == 0 ? "" : ",";
+    if (i > 0 && text.size() - begin + piece.size() > widest) {
+      begin = text.size() + 1;
+      text += "\n   ";
+    }
+    text += " " + piece;
+  }
+  return text + "\n";
+}
+
 std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::size_t size, std::size_t most) {
   std::string text;
   for (std::size_t i = at; i < at + std::min(size, most) && i < bytes.size(); ++i) {
@@ -342,6 +395,7 @@ tl::expected<std::vector<Explanation>, std::string> explain(const describe::Syst
   std::vector<Explanation> all;
   for (const Part& part : parts) {
     Explanation one{.element = part.element, .part = part.name};
+    one.enumerations = enumerations_of(system.model, part.payload);
     if (values.empty()) {
       one.layout = describe::layout(system.model, part.payload);
     } else {
@@ -395,6 +449,9 @@ std::string to_text(const Explanation& explanation) {
     line.resize(line.find_last_not_of(' ') + 1);
     text += line.empty() ? "" : line + "\n";
   }
+  for (const Explanation::Enumeration& enumeration : explanation.enumerations) {
+    text += line_of(enumeration);
+  }
   for (const describe::LayoutError& error : explanation.layout.errors) {
     text += fmt::format("  at byte {}{}: {}\n", error.offset, error.path.empty() ? "" : ", " + error.path,
                         error.text);
@@ -426,6 +483,13 @@ std::string to_json_text(const std::vector<Explanation>& explanations) {
         entry["value"] = range.value;
       }
       json["ranges"].push_back(std::move(entry));
+    }
+    for (const Explanation::Enumeration& enumeration : one.enumerations) {
+      Json named{{"type", enumeration.name}};
+      for (const describe::Enumerator& enumerator : enumeration.enumerators) {
+        named["enumerators"].push_back({{"name", enumerator.name}, {"value", enumerator.value}});
+      }
+      json["enumerations"].push_back(std::move(named));
     }
     for (const describe::LayoutError& error : one.layout.errors) {
       json["errors"].push_back({{"at", error.offset}, {"field", error.path}, {"text", error.text}});

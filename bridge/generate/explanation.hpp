@@ -12,10 +12,17 @@ namespace trestle::generate {
 
 /// What the bytes of one kind of message are.
 struct Explanation {
+  /// A type in it whose values have names.
+  struct Enumeration {
+    std::string name;  ///< of the type; of the value where the type has none
+    std::vector<describe::Enumerator> enumerators{};
+    bool is_unsigned = false;
+  };
   std::string element;  ///< "Door.open"
   std::string part;     ///< "request", "response", "payload"; of a type: "type"
   describe::Layout layout{};
   std::vector<std::byte> bytes{};  ///< with values: the payload, in which the E2E header is zeros
+  std::vector<Enumeration> enumerations{};
 };
 
 /// Explains an element: an event, method or field ("Door.open", "car.Door.open", "Door.open.response"), or a

@@ -36,8 +36,10 @@ std::string text(const std::vector<Id>& ids, std::string_view chosen) {
 
 class Maker {
  public:
-  Maker(const describe::Model& model, const describe::Service& service)
-      : model_{model}, service_{service}, labels_{type_labels(model)} {}
+  /// @param labels  describe::type_labels() of the model.
+  Maker(const describe::Model& model, const describe::Service& service,
+        const std::vector<std::string>& labels)
+      : model_{model}, service_{service}, labels_{labels} {}
 
   ServiceExplanation make() const {
     ServiceExplanation made{.name = describe::full_name(service_.scope, service_.name),
@@ -106,8 +108,36 @@ class Maker {
 
   const describe::Model& model_;
   const describe::Service& service_;
-  std::vector<std::string> labels_;
+  const std::vector<std::string>& labels_;
 };
+
+using OrderedJson = nlohmann::ordered_json;
+
+OrderedJson json_of(const ServiceExplanation& explanation) {
+  OrderedJson json{
+      {"service", explanation.name}, {"id", explanation.id.text}, {"version", explanation.version}};
+  if (explanation.id.is_chosen) {
+    json["id_is_chosen"] = true;
+  }
+  json["members"] = OrderedJson::array();
+  for (const Member& member : explanation.members) {
+    OrderedJson one{{"kind", member.kind}, {"name", member.name}, {"ids", text(member.ids, {})}};
+    for (const Id& id : member.ids) {
+      if (id.is_chosen) {
+        one["chosen_ids"].push_back(id.text);
+      }
+    }
+    for (const Message& message : member.messages) {
+      one[message.part] = message.values;
+    }
+    json["members"].push_back(std::move(one));
+  }
+  return json;
+}
+
+std::string text_of(const OrderedJson& json) {
+  return documents::printable_json(json.dump(2, ' ', false, OrderedJson::error_handler_t::replace)) + "\n";
+}
 
 }  // namespace
 
@@ -127,7 +157,24 @@ tl::expected<std::optional<ServiceExplanation>, std::string> explain_service(con
   if (found == nullptr) {
     return std::nullopt;
   }
-  return Maker{system.model, *found}.make();
+  return Maker{system.model, *found, describe::type_labels(system.model)}.make();
+}
+
+Contents contents_of(const describe::System& system) {
+  const describe::Model& model = system.model;
+  const std::vector<std::string> labels = describe::type_labels(model);
+  Contents contents;
+  for (const describe::Service& service : model.services) {
+    contents.services.push_back(Maker{model, service, labels}.make());
+  }
+  for (std::size_t at = 0; at < model.types.size(); ++at) {
+    const describe::Type& type = model.types[at];
+    // A label with "#2" is that of a type which no name finds.
+    if (!type.name.empty() && labels[at] == describe::full_name(type.scope, type.name)) {
+      contents.types.push_back({labels[at], describe::to_string(type.kind)});
+    }
+  }
+  return contents;
 }
 
 std::string to_text(const ServiceExplanation& explanation) {
@@ -153,27 +200,35 @@ std::string to_text(const ServiceExplanation& explanation) {
   return any_chosen ? all + "chosen: Trestle chose this id, because no description gives it\n" : all;
 }
 
+std::string to_text(const Contents& contents) {
+  std::string all;
+  std::size_t width = 0;
+  for (const ServiceExplanation& service : contents.services) {
+    all += to_text(service);
+  }
+  for (const Contents::NamedType& type : contents.types) {
+    width = std::max(width, type.name.size());
+  }
+  all += contents.types.empty() ? "" : "types:\n";
+  for (const Contents::NamedType& type : contents.types) {
+    all += fmt::format("  {:{}}  {}\n", type.name, width, type.kind);
+  }
+  return all;
+}
+
 std::string to_json_text(const ServiceExplanation& explanation) {
-  using OrderedJson = nlohmann::ordered_json;
-  OrderedJson json{
-      {"service", explanation.name}, {"id", explanation.id.text}, {"version", explanation.version}};
-  if (explanation.id.is_chosen) {
-    json["id_is_chosen"] = true;
+  return text_of(json_of(explanation));
+}
+
+std::string to_json_text(const Contents& contents) {
+  OrderedJson json{{"services", OrderedJson::array()}, {"types", OrderedJson::array()}};
+  for (const ServiceExplanation& service : contents.services) {
+    json["services"].push_back(json_of(service));
   }
-  json["members"] = OrderedJson::array();
-  for (const Member& member : explanation.members) {
-    OrderedJson one{{"kind", member.kind}, {"name", member.name}, {"ids", text(member.ids, {})}};
-    for (const Id& id : member.ids) {
-      if (id.is_chosen) {
-        one["chosen_ids"].push_back(id.text);
-      }
-    }
-    for (const Message& message : member.messages) {
-      one[message.part] = message.values;
-    }
-    json["members"].push_back(std::move(one));
+  for (const Contents::NamedType& type : contents.types) {
+    json["types"].push_back({{"name", type.name}, {"kind", type.kind}});
   }
-  return documents::printable_json(json.dump(2, ' ', false, OrderedJson::error_handler_t::replace)) + "\n";
+  return text_of(json);
 }
 
 }  // namespace trestle::generate

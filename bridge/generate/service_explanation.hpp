@@ -37,9 +37,23 @@ struct ServiceExplanation {
 [[nodiscard]] tl::expected<std::optional<ServiceExplanation>, std::string> explain_service(
     const describe::System& system, std::string_view name);
 
+/// All that can be explained: services with their members, and types.
+struct Contents {
+  struct NamedType {
+    std::string name;  ///< "car.Door.Side"
+    std::string kind;  ///< "enumeration"
+  };
+  std::vector<ServiceExplanation> services{};
+  std::vector<NamedType> types{};
+};
+
+[[nodiscard]] Contents contents_of(const describe::System& system);
+
 /// As a table for people.
 [[nodiscard]] std::string to_text(const ServiceExplanation& explanation);
+[[nodiscard]] std::string to_text(const Contents& contents);
 /// An object: docs/describe.md.
 [[nodiscard]] std::string to_json_text(const ServiceExplanation& explanation);
+[[nodiscard]] std::string to_json_text(const Contents& contents);
 
 }  // namespace trestle::generate

@@ -68,6 +68,33 @@ TEST(WriteSheet, HasTheLayoutOfEachPayload) {
   }
 }
 
+TEST(WriteSheet, HasErrorsOfMethodsAndUnitsOfTypes) {
+  Model model;
+  const TypeIndex speed = model.add({.kind = Kind::primitive, .name = "Speed", .notes = {.unit = "km/h"}});
+  const TypeIndex speeds = model.add({.kind = Kind::array, .element = {.type = speed}});
+  model.add({.kind = Kind::structure,
+             .name = "Wheels",
+             .members = {{.name = "fastest", .type = speed}, {.name = "all", .type = speeds}}});
+  const TypeIndex error =
+      model.add({.kind = Kind::enumeration,
+                 .enumerators = {{.name = "OK", .value = 0},
+                                 {.name = "JAMMED", .value = 5, .notes = {.description = "Stuck"}}}});
+  model.services.push_back(
+      {.name = "Door",
+       .methods = {{.name = "open",
+                    .request = {.values = {{.name = "speed", .type = speed}}},
+                    .error = error,
+                    .application_errors = {"/Errors/Door/Locked", "/Errors/Door/Hot"}}}});
+  const std::string text = write_sheet(model).files[0].text;
+  for (const char* part : {"| value | unit | meaning |\n| --- | --- | --- |\n| speed | km/h |  |\n",
+                           "| fastest | Speed | km/h |  |\n| all | Speed[] | km/h |  |\n",
+                           "\n| error of uint8 | value | meaning |\n| --- | --- | --- |\n| OK | 0 |  |\n"
+                           "| JAMMED | 5 | Stuck |\n",
+                           "\nErrors of the application: /Errors/Door/Locked, /Errors/Door/Hot\n"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
 TEST(WriteSheet, MarksIdsThatNobodyGave) {
   EXPECT_THAT(written_sheet().files[0].text, Not(HasSubstr("chosen")));
   Model model;

@@ -234,6 +234,52 @@ TEST(ExplainService, ShowsMembersWithIdsAndValues) {
   EXPECT_FALSE(explain_service(system, "Dor")->has_value());
 }
 
+TEST(Explain, NamesTheEnumeratorsOfAllEnumerations) {
+  const describe::System system = system_of(
+      "enumeration Gear { PARK = 1 DRIVE = 2 }\nenumeration Wide extends Gear { REVERSE = 4 }\n"
+      "struct Inner { Wide wide UInt8 x }\n"
+      "method shift { in { Gear gear Inner[] inners Gear again } error { OK FAILED = 7 } }\n");
+  const auto made = explain(system, "Door.shift", "");
+  ASSERT_TRUE(made);
+  ASSERT_THAT(*made, SizeIs(2));
+  EXPECT_THAT(to_text(made->at(0)), HasSubstr("\n  Gear: PARK = 1, DRIVE = 2\n"
+                                              "  Wide: PARK = 1, DRIVE = 2, REVERSE = 4\n"));
+  // FIDL gives it no name.
+  EXPECT_THAT(to_text(made->at(1)), HasSubstr("\n  error: OK = 0, FAILED = 7\n"));
+  const auto json = nlohmann::json::parse(to_json_text(*made));
+  ASSERT_EQ(json[0]["enumerations"].size(), 2);
+  EXPECT_EQ(json[0]["enumerations"][0]["type"], "Gear");
+  EXPECT_EQ(json[0]["enumerations"][1]["enumerators"][2],
+            nlohmann::json({{"name", "REVERSE"}, {"value", 4}}));
+  EXPECT_FALSE(nlohmann::json::parse(to_json_text(*explain(system_of(door), "Door.chosen", "")))[0].contains(
+      "enumerations"));
+  // Many of them stand in several lines.
+  std::string many = "enumeration Many {";
+  for (int i = 0; i < 40; ++i) {
+    many += fmt::format(" VALUE_{}", i);
+  }
+  const std::string wide = to_text(
+      explain(system_of(many + " }\nbroadcast moved { out { Many many } }\n"), "Door.moved", "")->at(0));
+  EXPECT_THAT(wide, HasSubstr(",\n    VALUE_"));
+  EXPECT_THAT(wide, HasSubstr("VALUE_39 = 39\n"));
+}
+
+TEST(ExplainAll, ListsServicesWithMembersAndTypes) {
+  const Contents contents = contents_of(system_of(door));
+  EXPECT_THAT(to_text(contents),
+              ContainsRegex("^car.Door 0x[0-9a-f]{4} chosen, version 1.0:\n  method  open "));
+  EXPECT_THAT(to_text(contents), HasSubstr("\ntypes:\n"
+                                           "  car.Door.Side     enumeration\n"
+                                           "  car.Door.Opening  structure\n"
+                                           "  car.Door.Any      choice\n"));
+  const auto json = nlohmann::json::parse(to_json_text(contents));
+  EXPECT_EQ(json["services"][0]["service"], "car.Door");
+  EXPECT_EQ(json["types"][2], nlohmann::json({{"name", "car.Door.Any"}, {"kind", "choice"}}));
+  for (const Contents::NamedType& type : contents.types) {
+    EXPECT_TRUE(explain(system_of(door), type.name, "")) << type.name;
+  }
+}
+
 TEST(ExplainService, MarksIdsThatNobodyGave) {
   const std::string fidl = "method open { }\nattribute UInt8 level noSubscriptions\n";
   const auto bare = explain_service(system_of(fidl), "Door");

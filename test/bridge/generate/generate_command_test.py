@@ -293,6 +293,17 @@ class Generate(unittest.TestCase):
         status, output, errors = run("diff", DOOR / "Door.fidl", more)
         self.assertEqual((status, errors), (0, ""), output)
         self.assertRegex(output, r"^\S*Door.fidl:\d+:\d+: method-added Door.knock \(.*\)\nchanges: 1,")
+        # What a FDEPL says of the bytes, and a FIDL alone does not, is told once.
+        wide = self.door(Door_fdepl=[("    method open {", "    method open {\n        SomeIpReliable = true"),
+                                     ("        SomeIpMethodID = 0x0012", "        SomeIpMethodID = 0x0012\n        in { tune { SomeIpStringLengthWidth = 2 } }"),
+                                     ("SomeIpSetterID = 0x0005", "SomeIpSetterID = 0x0005\n        SomeIpAttributeReliable = true")])
+        for sources in ((wide, DOOR / "Door.fidl"), (DOOR / "Door.fidl", wide)):
+            status, output, errors = run("diff", *sources)
+            self.assertEqual(status, 0, output + errors)
+            self.assertRegex(output, r"^.*deployment-missing Door: .*\n.*changes: 1, of these 0 break")
+        status, output, _ = run("diff", DOOR, wide)
+        self.assertEqual(status, 1)
+        self.assertIn("layout Door.ring.request.tune", output)
 
     def test_diff_takes_what_a_capture_and_a_configuration_leave_out_for_unknown(self):
         ids = ["0x8010", "0x8011"]
@@ -510,6 +521,27 @@ class Generate(unittest.TestCase):
         status, _, errors = run("explain", "Door.opn", DOOR)
         self.assertEqual(status, 2)
         self.assertIn("did you mean 'Door.open'?", errors)
+
+    def test_explains_all_that_there_is(self):
+        listed = {}
+        for name, sources in (("files", (DOOR / "Door.fidl", DOOR / "Door.fdepl")), ("folder", (DOOR,)), ("alone", (DOOR / "Door.fidl",))):
+            status, listed[name], errors = run("explain", *sources)
+            self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(listed["files"], listed["folder"])
+        self.assertRegex(listed["files"], r"^car.Door 0x4711, version 1.0:\n  method  open +0x0010 ")
+        self.assertRegex(listed["files"], r"\ntypes:\n(.*\n)*  car.Door.Speed +enumeration\n")
+        self.assertNotIn("chosen", listed["files"])
+        self.assertIn("  method  open     0x0001 chosen", listed["alone"])
+        # A folder of the name of an element is none of the sources.
+        (self.folder / "Door").mkdir()
+        status, output, errors = run("explain", "Door", DOOR / "Door.fidl", "--json", cwd=self.folder)
+        self.assertEqual((status, json.loads(output)["service"]), (0, "car.Door"), errors)
+        status, _, errors = run("explain", "Dor.fidl")
+        self.assertEqual(status, 2)
+        self.assertIn("There is no file of this name", errors)
+        status, _, errors = run("explain", DOOR, "--values", "{speed: FAST}")
+        self.assertEqual(status, 2)
+        self.assertIn("which one?", errors)
 
     def test_explains_values_from_files_and_pipes(self):
         values = "speed: FAST\nopening: 80\n"

@@ -11,6 +11,7 @@
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
+#include "bridge/describe/units.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -194,12 +195,13 @@ class SheetWriter {
     return text;
   }
 
-  /// What people wrote beside arguments.
+  /// What is known of arguments beside their bytes.
   void arguments(const std::vector<Value>& values) {
     std::vector<std::vector<std::string>> rows;
     for (const Value& one : values) {
-      if (one.notes != Notes{}) {
-        rows.push_back({one.name, one.notes.unit, meaning(one.notes)});
+      const std::string unit = measured_in(model_, one);
+      if (one.notes != Notes{} || !unit.empty()) {
+        rows.push_back({one.name, unit, meaning(one.notes)});
       }
     }
     if (!rows.empty()) {
@@ -237,6 +239,7 @@ class SheetWriter {
               Value{.name = "error", .type = one.error, .wire = model_.at(one.error).wire});
         }
         payload(element, "Response", response, one.response_transfer, one.place);
+        errors(one);
       }
       protection(one.e2e);
     }
@@ -265,6 +268,27 @@ class SheetWriter {
       protection(one.getter_e2e, "Getter: ");
       protection(one.setter_e2e, "Setter: ");
     }
+  }
+
+  /// Those that no type of its own has.
+  void errors(const Method& method) {
+    if (static_cast<std::size_t>(method.error) < model_.types.size() &&
+        model_.at(method.error).name.empty()) {
+      enumerators("error", model_.at(method.error));
+    }
+    if (!method.application_errors.empty()) {
+      form_.paragraph(
+          fmt::format("Errors of the application: {}", fmt::join(method.application_errors, ", ")));
+    }
+  }
+
+  void enumerators(std::string_view title, const Type& type) {
+    std::vector<std::vector<std::string>> rows;
+    for (const Enumerator& one : all_enumerators(model_, type)) {
+      rows.push_back({one.name, std::to_string(one.value), meaning(one.notes)});
+    }
+    form_.table({fmt::format("{} of {}", title, messages::to_string(type.primitive)), "value", "meaning"},
+                rows);
   }
 
   void instances(const Service& service) {
@@ -371,14 +395,10 @@ class SheetWriter {
       notes(type.notes);
       std::vector<std::vector<std::string>> rows;
       if (type.kind == Kind::enumeration) {
-        for (const Enumerator& one : all_enumerators(model_, type)) {
-          rows.push_back({one.name, std::to_string(one.value), meaning(one.notes)});
-        }
-        form_.table(
-            {fmt::format("enumerator of {}", messages::to_string(type.primitive)), "value", "meaning"}, rows);
+        enumerators("enumerator", type);
       } else if (type.kind == Kind::structure || type.kind == Kind::choice) {
         for (const Value& one : all_members(model_, type)) {
-          rows.push_back({one.name, label(one.type), one.notes.unit, meaning(one.notes)});
+          rows.push_back({one.name, label(one.type), measured_in(model_, one), meaning(one.notes)});
         }
         form_.table({"member", "type", "unit", "meaning"}, rows);
       } else if (type.kind == Kind::alias || type.kind == Kind::array) {
