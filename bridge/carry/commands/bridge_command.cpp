@@ -382,6 +382,7 @@ void add_bridge_command(CLI::App& app, int& status) {
       "  trestle bridge --report-fd 3 bridge.yaml 3>report.jsonl");
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "Configuration (YAML); see 'trestle check'")->required();
+  command->allow_extras();  // see below
   command
       ->add_option("--report-fd", options->report_fd,
                    "Write a JSON line for each message carried to this file descriptor")
@@ -399,7 +400,15 @@ void add_bridge_command(CLI::App& app, int& status) {
           "this host (port 9464 unless told); other hosts need the key `console` with a token")
       ->type_name("ADDRESS[:PORT]");
   command->add_flag("-q,--quiet", options->quiet, "Log only problems");
-  command->callback([options, &status] {
+  command->callback([command, options, &status] {
+    if (const std::vector<std::string> more = command->remaining(); !more.empty()) {
+      // Who names interface descriptions, and so several files, is told what to do with them.
+      if (more.front().starts_with('-') || load_or_explain(options->file)) {
+        throw CLI::ExtrasError{more};
+      }
+      status = cli::exit_usage;
+      return;
+    }
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
       throw CLI::ValidationError("--report-fd",
                                  "file descriptor " + std::to_string(options->report_fd) + " is not open");

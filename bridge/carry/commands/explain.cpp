@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <iterator>
 
+#include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/carry/config/ros_environment.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/messages/convert/check_type.hpp"
@@ -107,6 +108,17 @@ TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
 }
 
 std::optional<Loaded> load_or_explain(const std::string& file) {
+  if (const std::string configuration = configuration_for(file); !configuration.empty()) {
+    const std::string fault =
+        "is an interface description: expected a configuration that names it, such as a file bridge.yaml "
+        "with";
+    std::fputs(
+        explain({{documents::Problem::Severity::error, file, {}, fault}}, "", cli::colours_for(STDERR_FILENO))
+            .c_str(),
+        stderr);
+    std::fputs(configuration.c_str(), stderr);
+    return std::nullopt;
+  }
   auto loaded = load_config(file, verdict_on);
   // Problems of the file itself, then those of the lock file that it names.
   const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();

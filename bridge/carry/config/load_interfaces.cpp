@@ -33,6 +33,38 @@ using describe::Side;
 /// Entries that are made for one list. The loader of the lists refuses so many.
 constexpr std::size_t generated_max = 1001;
 
+/// A FIDL file with the FDEPL files beside it that begin with its name, "Door-SomeIP.fdepl", and the other
+/// way round.
+std::vector<std::string> with_those_beside(const std::string& file) {
+  namespace fs = std::filesystem;
+  std::vector<std::string> all{file};
+  const fs::path path{file};
+  const bool is_fidl = path.extension() == ".fidl";
+  if (!is_fidl && path.extension() != ".fdepl") {
+    return all;
+  }
+  std::error_code error;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path{"."};
+  for (fs::directory_iterator at{folder, error}; !error && at != fs::directory_iterator{};
+       at.increment(error)) {
+    const fs::path& other = at->path();
+    const fs::path& fidl = is_fidl ? path : other;
+    const fs::path& fdepl = is_fidl ? other : path;
+    const std::string name = fidl.stem().string();
+    const std::string deployment = fdepl.stem().string();
+    // Not DoorLock.fdepl of Door.fidl.
+    if (fidl.extension() == ".fidl" && fdepl.extension() == ".fdepl" && deployment.starts_with(name) &&
+        (deployment == name ||
+         std::string_view{"-_."}.find(deployment[name.size()]) != std::string_view::npos)) {
+      all.push_back((path.parent_path() / other.filename()).string());
+    }
+  }
+  std::ranges::sort(all, [](const std::string& one, const std::string& next) {
+    return std::pair{!one.ends_with(".fidl"), one} < std::pair{!next.ends_with(".fidl"), next};
+  });
+  return all;
+}
+
 /// The folders under `types: paths`, which may have what the interfaces are made of. What is wrong with them
 /// is told elsewhere.
 std::vector<std::string> type_folders(const YAML::Node& root, const std::string& file) {
@@ -471,6 +503,20 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
 }
 
 }  // namespace
+
+std::string configuration_for(const std::string& description) {
+  const describe::SourceKind kind = describe::kind_of(description, {});
+  if (kind != describe::SourceKind::fidl && kind != describe::SourceKind::arxml) {
+    return {};
+  }
+  YAML::Emitter files;
+  files << YAML::Flow << with_those_beside(description);
+  return fmt::format(
+      "someip: {{address: 127.0.0.1}}  # of this host, in the network of the services\n"
+      "interfaces: {}\n"
+      "generate: all\n",
+      files.c_str());
+}
 
 AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
                                    documents::Problems& problems,

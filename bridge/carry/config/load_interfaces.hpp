@@ -20,6 +20,10 @@ struct AppliedInterfaces {
   IdNames names{};                             ///< that the descriptions give
 };
 
+/// The configuration that an interface description needs, in lines, for who takes it for one. Empty: by its
+/// name, the file is none.
+[[nodiscard]] std::string configuration_for(const std::string& description);
+
 /// Uses the interface descriptions that a configuration names:
 ///
 ///     interfaces: [car.arxml, Door.fidl, Door.fdepl]    from the folder of the configuration

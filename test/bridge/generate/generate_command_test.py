@@ -113,6 +113,26 @@ class Generate(unittest.TestCase):
         self.assertIn("/door/moved", output)
         self.assertIn("car/srv/DoorOpen", output)
 
+    def test_says_which_configuration_a_description_needs(self):
+        folder = self.door()
+        (folder / "Door.fdepl").rename(folder / "Door-SomeIP.fdepl")
+        for command, *files in (("bridge", "Door.fidl"), ("check", "Door.fidl"), ("bridge", "Door-SomeIP.fdepl"), ("bridge", "Door.fidl", "Door-SomeIP.fdepl")):
+            status, output, errors = run(command, *files, cwd=folder)
+            self.assertEqual((status, output), (2, ""))
+            first, *lines = errors.splitlines()
+            self.assertIn(f"{files[0]}: error: is an interface description: expected a configuration", first)
+            # It is one.
+            (folder / "bridge.yaml").write_text("\n".join(lines))
+            status, output, errors = run("check", folder / "bridge.yaml")
+            self.assertEqual((status, errors), (0, ""))
+            self.assertIn("/door/moved", output)
+        status, _, errors = run("bridge", DOOR / "bridge.yaml", "more.yaml")
+        self.assertEqual(status, 2)
+        self.assertIn("not expected: more.yaml", errors)
+        status, _, errors = run("bridge", DOOR / "bridge.yaml", "--consle")
+        self.assertEqual(status, 2)
+        self.assertIn("not expected: --consle", errors)
+
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
         done = subprocess.run([program, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
