@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <regex>
 #include <utility>
 
 #include "bridge/cli/session.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/describe/sources/sources.hpp"
+#include "bridge/documents/ids_in_line.hpp"
 
 namespace trestle::cli {
 namespace {
@@ -162,33 +162,20 @@ std::vector<const describe::ServiceElement*> add_element(const describe::Interfa
 }
 
 std::string with_names(const describe::Interfaces* interfaces, const std::string& line) {
-  static const std::regex place{
-      R"((eventgroup 0x([0-9a-f]{4}))?( of )?\b0x([0-9a-f]{4})\.(0x[0-9a-f]{4}|\*))"};
   if (interfaces == nullptr) {
     return line;
   }
-  std::string text;
-  auto rest = line.cbegin();
-  std::smatch found;
-  while (std::regex_search(rest, line.cend(), found, place)) {
-    const auto id = [&](std::size_t group) {
-      return static_cast<std::uint16_t>(std::stoul(found[group], nullptr, 16));
-    };
-    const describe::Service* const service = interfaces->service(someip::ServiceId{id(4)});
-    text.append(rest, found[0].first);
-    if (service == nullptr) {
-      text += found[0];
-    } else {
-      text += found[1];
-      if (found[1].matched) {
-        const std::string title = describe::title_of(service, someip::EventgroupId{id(2)}).text;
-        text += title.empty() ? "" : " (" + title + ")";
-      }
-      text += found[3].str() + interfaces->name_of(someip::ServiceId{id(4)}) + "." + found[5].str();
+  return documents::with_ids_replaced(line, [interfaces](const documents::IdsInLine& ids) {
+    const someip::ServiceId id{ids.service};
+    const describe::Service* const service = interfaces->service(id);
+    std::string text = ids.eventgroup_text;
+    if (service != nullptr && ids.eventgroup) {
+      const std::string title = describe::title_of(service, someip::EventgroupId{*ids.eventgroup}).text;
+      text += title.empty() ? "" : " (" + title + ")";
     }
-    rest = found[0].second;
-  }
-  return text.append(rest, line.cend());
+    return text + ids.between + (service == nullptr ? ids.service_text : interfaces->name_of(id)) + "." +
+           ids.instance_text;
+  });
 }
 
 std::function<void(const std::string& line)> named_log(const describe::Interfaces* interfaces, bool quiet) {

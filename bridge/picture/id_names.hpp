@@ -22,8 +22,17 @@ class IdNames {
   void add(std::uint16_t id, std::uint32_t major, Service service);
   /// Fills in the names of a route. What nobody has described stays as it is.
   void name(RoutePicture& route) const;
+  /// "Seat.moved" of a method, event or part of a field; empty: nobody has described it.
+  [[nodiscard]] std::string member(std::uint16_t service, std::uint32_t major, std::uint16_t id) const;
+  /// What one of the versions of a service is called; empty: nobody has described it.
+  [[nodiscard]] std::string service(std::uint16_t id) const;
+  /// The same of an eventgroup.
+  [[nodiscard]] std::string eventgroup(std::uint16_t service, std::uint16_t id) const;
+  [[nodiscard]] bool empty() const noexcept { return services_.empty(); }
 
  private:
+  [[nodiscard]] const Service* any_version(std::uint16_t id) const;
+
   std::map<std::pair<std::uint16_t, std::uint32_t>, Service> services_;  ///< by id and major version
 };
 

@@ -54,7 +54,7 @@ void add_check_command(CLI::App& app, int& status) {
       }
       const BridgeConfig& config = loaded->config;
       if (!*quiet && !*network) {
-        std::fputs(summary(config, colours).c_str(), stdout);
+        std::fputs(summary(config, colours, loaded->names).c_str(), stdout);
       }
       if (!folder->empty()) {
         if (const std::string fault = write_field_packages(config, *folder); !fault.empty()) {

@@ -249,9 +249,9 @@ void append_maps(std::string& out, const std::vector<Route>& routes, const cli::
   }
 }
 
-using Row = std::array<std::string, 8>;
+using Row = std::array<std::string, 9>;
 
-Row row(const Route& route) {
+Row row(const Route& route, const IdNames& names) {
   return {route.topic,
           route.direction == Direction::dds_to_someip ? "->" : "<-",
           fmt::format("0x{:04x}.0x{:04x}", value(route.service), value(route.instance)),
@@ -259,12 +259,21 @@ Row row(const Route& route) {
           fmt::format("0x{:04x}", value(route.eventgroup)),
           version(route),
           port(route),
+          names.member(value(route.service), route.major, value(route.event)),
           route.type};
 }
 
+constexpr const char* name_title = "NAME";
+
+/// A column of names that has none is left out.
 template <typename Cells>
 void append_table(std::string& out, const std::vector<Cells>& rows, const cli::Colours& colours) {
   std::array<std::size_t, std::tuple_size_v<Cells>> widths{};
+  const auto names =
+      static_cast<std::size_t>(std::ranges::find(rows.front(), name_title) - rows.front().begin());
+  const bool has_names =
+      names < widths.size() && std::ranges::any_of(rows.begin() + 1, rows.end(),
+                                                   [&](const Cells& cells) { return !cells[names].empty(); });
   for (const Cells& cells : rows) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       widths[i] = std::max(widths[i], cells[i].size());
@@ -274,6 +283,9 @@ void append_table(std::string& out, const std::vector<Cells>& rows, const cli::C
     const bool is_title = &cells == &rows.front();
     out += is_title ? colours.dim : "";
     for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (i == names && !has_names) {
+        continue;
+      }
       out += i + 1 == cells.size() ? "  " + cells[i] : fmt::format("  {:<{}}", cells[i], widths[i]);
     }
     out += is_title ? std::string{colours.off} + "\n" : "\n";
@@ -350,9 +362,9 @@ void append_patterns(std::string& out, const BridgeConfig& config, const cli::Co
   }
 }
 
-using MethodRow = std::array<std::string, 7>;
+using MethodRow = std::array<std::string, 8>;
 
-MethodRow row(const MethodRoute& method) {
+MethodRow row(const MethodRoute& method, const IdNames& names) {
   const std::string transport = !method.transport                     ? "as offered"
                                 : *method.transport == Transport::tcp ? "tcp"
                                                                       : "udp";
@@ -362,6 +374,7 @@ MethodRow row(const MethodRoute& method) {
           fmt::format("0x{:04x}", value(method.method)),
           version(method),
           method.port == 0 ? transport : fmt::format("{} {}", transport, method.port),
+          names.member(value(method.service), method.major, value(method.method)),
           method.type};
 }
 
@@ -458,7 +471,7 @@ std::string count_of_all(const BridgeConfig& config) {
   return text;
 }
 
-std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
+std::string summary(const BridgeConfig& config, const cli::Colours& colours, const IdNames& names) {
   const SomeipSettings& settings = config.someip;
   std::string out = fmt::format("{}{}{}: {}good{}, {}\n", colours.bold, config.file, colours.off,
                                 colours.green, colours.off, count_of_all(config));
@@ -490,15 +503,17 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours) {
   }
 
   if (!config.routes.empty()) {
-    std::vector<Row> rows{{"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "TYPE"}};
+    std::vector<Row> rows{
+        {"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", name_title, "TYPE"}};
     std::ranges::transform(config.routes, std::back_inserter(rows),
-                           [](const Route& route) { return row(route); });
+                           [&](const Route& route) { return row(route, names); });
     append_table(out, rows, colours);
   }
   if (!config.methods.empty()) {
-    std::vector<MethodRow> rows{{"ROS SERVICE", "", "SERVICE.INSTANCE", "METHOD", "VERSION", "PORT", "TYPE"}};
+    std::vector<MethodRow> rows{
+        {"ROS SERVICE", "", "SERVICE.INSTANCE", "METHOD", "VERSION", "PORT", name_title, "TYPE"}};
     std::ranges::transform(config.methods, std::back_inserter(rows),
-                           [](const MethodRoute& method) { return row(method); });
+                           [&](const MethodRoute& method) { return row(method, names); });
     append_table(out, rows, colours);
   }
   append_patterns(out, config, colours);

@@ -28,6 +28,7 @@
 #include "bridge/carry/runtime/silence_watch.hpp"
 #include "bridge/carry/runtime/start_at.hpp"
 #include "bridge/carry/runtime/ways_back.hpp"
+#include "bridge/documents/ids_in_line.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "bridge/picture/causes.hpp"
 #include "dds_adapter/ros_names.hpp"
@@ -82,6 +83,19 @@ void log_dds(spdlog::logger& logger, const dds::Happening& happening) {
   logger.log(bad ? spdlog::level::warn : spdlog::level::info, "DDS {}", in_words(happening));
 }
 
+/// Names behind the ids, which stay: other programs have them alone.
+std::string with_names(const std::string& line, const IdNames& names) {
+  if (names.empty()) {
+    return line;
+  }
+  const auto behind = [](const std::string& name) { return name.empty() ? name : " (" + name + ")"; };
+  return documents::with_ids_replaced(line, [&](const documents::IdsInLine& ids) {
+    return ids.eventgroup_text +
+           (ids.eventgroup ? behind(names.eventgroup(ids.service, *ids.eventgroup)) : std::string{}) +
+           ids.between + ids.service_text + "." + ids.instance_text + behind(names.service(ids.service));
+  });
+}
+
 }  // namespace
 
 struct Bridge::State {
@@ -111,7 +125,7 @@ struct Bridge::State {
     node = start_at(config, config.someip.mark, [&] {
       const auto log_at = [this](spdlog::level::level_enum level) {
         return [this, level](const std::string& line) {
-          spdlog::log(level, "SD {}", line);
+          spdlog::log(level, "SD {}", with_names(line, names));
           context.report.discovery(line);
         };
       };

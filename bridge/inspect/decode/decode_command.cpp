@@ -8,6 +8,7 @@
 #include <csignal>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <system_error>
 
 #include "bridge/cli/exit_status.hpp"
@@ -95,6 +96,35 @@ void note(std::uint64_t count, const char* what) {
   }
 }
 
+/// Else the output looks as if there were no description.
+void note_of_strangers(const MessageDecoder& decoder, const describe::Interfaces* interfaces) {
+  if (interfaces == nullptr || decoder.saw_described()) {
+    return;
+  }
+  constexpr std::size_t most = 20;
+  const auto list = [](const auto& all, const auto& word) {
+    std::string text;
+    std::size_t count = 0;
+    for (const auto& one : all) {
+      if (++count <= most) {
+        text += (count == 1 ? "" : ", ") + word(one);
+      }
+    }
+    return count > most ? text + fmt::format(" and {} more", count - most) : text;
+  };
+  const std::set<std::string>& others = decoder.undescribed();
+  tell(cli::colours_for(STDERR_FILENO).yellow, "note",
+       fmt::format("no message is of a service that the interfaces describe ({}); there are {}",
+                   list(interfaces->model().services,
+                        [](const describe::Service& service) {
+                          return service.name +
+                                 (service.id ? fmt::format(" 0x{:04x}", someip::value(*service.id)) : "") +
+                                 (service.id_is_chosen ? ", an id that Trestle chose" : "");
+                        }),
+                   others.empty() ? "none at all"
+                                  : "messages of " + list(others, [](const std::string& id) { return id; })));
+}
+
 constexpr const char* left_over_note =
     "messages have bytes left over behind their values (left_over): is the description as new as the sender?";
 
@@ -134,6 +164,7 @@ int decode_capture(const Arguments& arguments) {
   note(traffic.fragments().dropped() + traffic.fragments().incomplete(), "IP packets lack fragments");
   note(decoder.messages().incomplete(), "segmented messages lack segments");
   note(decoder.messages().with_left_over(), left_over_note);
+  note_of_strangers(decoder.messages(), arguments.interfaces.get());
   if (!file->error().empty()) {
     tell(cli::colours_for(STDERR_FILENO).red, "error",
          "the capture cannot be read to its end: " + file->error());
@@ -175,6 +206,7 @@ int decode_hex(const Arguments& arguments) {
   if (!output.closed()) {
     note(decoder.incomplete(), "segmented messages lack segments");
     note(decoder.with_left_over(), left_over_note);
+    note_of_strangers(decoder, arguments.interfaces.get());
   }
   return status_of(decoder.malformed());
 }

@@ -112,6 +112,7 @@ bool MessageDecoder::print_message(const traffic::Place& place, std::size_t offs
     ++malformed_;
   }
   ++messages_;
+  note_services(object);
   hooks_.print(object);
   if (whole && *whole) {
     print_message(place, offset, {(*whole)->header, (*whole)->payload}, true);
@@ -179,6 +180,26 @@ void MessageDecoder::print_violation(Json object, const traffic::Violation& viol
   add_error(object, violation);
   ++malformed_;
   hooks_.print(object);
+}
+
+void MessageDecoder::note_services(const Json& object) {
+  if (interfaces_ == nullptr || object.contains("magic_cookie")) {
+    return;
+  }
+  const auto note = [this](const Json& of_service) {
+    if (of_service.contains("service_name")) {
+      saw_described_ = true;
+    } else {
+      undescribed_.insert(of_service["service"].get<std::string>());
+    }
+  };
+  if (!object.contains("sd")) {
+    note(object);
+  } else if (object["sd"].contains("entries")) {
+    for (const Json& entry : object["sd"]["entries"]) {
+      note(entry);
+    }
+  }
 }
 
 std::uint64_t MessageDecoder::incomplete() const noexcept {

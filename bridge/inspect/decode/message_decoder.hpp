@@ -8,6 +8,8 @@
 // docs/decode.md describes every field.
 #pragma once
 #include <functional>
+#include <set>
+#include <string>
 
 #include "bridge/describe/interfaces.hpp"
 #include "bridge/inspect/decode/message_json.hpp"
@@ -42,6 +44,11 @@ class MessageDecoder : public traffic::MessageSink {
   [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
   /// Messages with bytes behind their values, which their description does not have.
   [[nodiscard]] std::uint64_t with_left_over() const noexcept { return with_left_over_; }
+  /// Whether there was a message, or an entry of service discovery, of a service that the interfaces
+  /// describe.
+  [[nodiscard]] bool saw_described() const noexcept { return saw_described_; }
+  /// The other services that there were: "0x1234".
+  [[nodiscard]] const std::set<std::string>& undescribed() const noexcept { return undescribed_; }
   /// Messages of which some TP segments are missing.
   [[nodiscard]] std::uint64_t incomplete() const noexcept;
 
@@ -49,6 +56,7 @@ class MessageDecoder : public traffic::MessageSink {
   bool print_message(const traffic::Place& place, std::size_t offset, const someip::Message& message,
                      bool reassembled);
   void print_violation(Json object, const traffic::Violation& violation);
+  void note_services(const Json& object);
 
   [[nodiscard]] std::optional<traffic::Violation> add_described(Json& object, std::size_t offset,
                                                                 const someip::Message& message,
@@ -60,6 +68,8 @@ class MessageDecoder : public traffic::MessageSink {
   std::uint64_t messages_ = 0;
   std::uint64_t malformed_ = 0;
   std::uint64_t with_left_over_ = 0;
+  bool saw_described_ = false;
+  std::set<std::string> undescribed_;
 };
 
 }  // namespace trestle::inspect

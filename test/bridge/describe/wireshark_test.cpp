@@ -284,6 +284,20 @@ TEST(WriteWireshark, WritesThePortsOfTheInstances) {
       "someip.udp.port: 30490,30501\nsomeip.tcp.port: 30502\nsomeip.payload_dissector_activated: TRUE\n");
 }
 
+TEST(WriteWireshark, NamesEventgroupsByWhatIsInThem) {
+  Everything all;
+  all.event("moved", 0x8001, {});
+  all.event("heated", 0x8002, {});
+  for (Event& event : all.service().events) {
+    event.eventgroups = {someip::EventgroupId{2}};
+  }
+  all.service().eventgroups.push_back({.id = someip::EventgroupId{2}});
+  all.service().eventgroups.push_back({.id = someip::EventgroupId{3}});
+  EXPECT_THAT(file_of(write_wireshark(all.model), "SOMEIP_eventgroup_identifiers"),
+              HasSubstr("\"1234\",\"0001\",\"all\"\n\"1234\",\"0002\",\"moved, heated\"\n"
+                        "\"1234\",\"0003\",\"eventgroup_0003\"\n"));
+}
+
 TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
   Everything all;
   const TypeIndex loop = all.add({.kind = Kind::structure, .name = "Loop"});

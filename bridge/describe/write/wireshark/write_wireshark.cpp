@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/eventgroup_title.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/protection.hpp"
@@ -122,6 +123,11 @@ class WiresharkWriter {
     known_.insert_or_assign(key, reference);
     fresh_.push_back(key);
     return reference;
+  }
+  /// That of an eventgroup; without one, what is in it.
+  static std::string name_of(const Service& service, someip::EventgroupId id) {
+    const std::string title = title_of(&service, id).text;
+    return title.empty() ? fmt::format("eventgroup_{:04x}", someip::value(id)) : cell(title);
   }
   [[nodiscard]] std::string name_of(const Type& type) const {
     return type.name.empty() ? to_string(type.kind) : cell(type.name);
@@ -641,8 +647,7 @@ void WiresharkWriter::service(const Service& service) {
   }
   for (const Eventgroup& one : service.eventgroups) {
     name_row(one.id_is_chosen, "SOMEIP_eventgroup_identifiers", service_id_,
-             fmt::format("{:04x}", someip::value(one.id)),
-             one.name.empty() ? fmt::format("eventgroup_{:04x}", someip::value(one.id)) : cell(one.name));
+             fmt::format("{:04x}", someip::value(one.id)), name_of(service, one.id));
   }
   commit();
 }

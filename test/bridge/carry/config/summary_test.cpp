@@ -36,6 +36,19 @@ TEST(ConfigSummary, ShowsWhatGoesWhere) {
 )");
 }
 
+TEST(ConfigSummary, NamesWhatIsDescribed) {
+  const auto loaded = carry::parse_config(good_config, "bridge.yaml");
+  ASSERT_TRUE(loaded.has_value());
+  carry::IdNames names;
+  names.add(0x1111, 5, {.name = "Lidar", .members = {{0x8044, "points"}}, .eventgroups = {}});
+  names.add(0x2222, 9, {.name = "Other", .members = {{0x8001, "of another version"}}, .eventgroups = {}});
+  EXPECT_THAT(carry::summary(loaded->config, {}, names), testing::HasSubstr(R"(
+  TOPIC        SERVICE.INSTANCE  EVENT   GROUP   VERSION  PORT                               NAME          TYPE
+  /points  ->  0x1111.0x0022     0x8044  0x0033  5.6      udp 40001, 239.1.2.4:40100 from 3  Lidar.points  sensor_msgs/msg/PointCloud2
+  /target  <-  0x2222.0x0001     0x8001  0x0001  1.any    udp any                                          geometry_msgs/msg/Point
+)"));
+}
+
 TEST(ConfigSummary, TellsWhichByteOrderLengthFieldsHave) {
   const auto wire = [](const std::string& length_order) {
     const auto loaded =

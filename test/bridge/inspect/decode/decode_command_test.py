@@ -109,6 +109,29 @@ class Captures(unittest.TestCase):
         _, objects, _ = run(capture("rr_tcp_magic_cookies"))
         self.assertEqual([item["magic_cookie"] for item in objects if "magic_cookie" in item], ["client", "server"])
 
+    def test_says_when_the_interfaces_describe_nothing_of_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            lamp = os.path.join(folder, "Lamp.fidl")
+            with open(lamp, "w") as file:
+                file.write("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
+            deployed = os.path.join(folder, "Lamp.fdepl")
+            with open(deployed, "w") as file:
+                file.write('import "Lamp.fidl"\ndefine org.genivi.commonapi.someip.deployment for interface car.Lamp {\n'
+                           "    SomeIpServiceID = 0x1234\n    broadcast hot { SomeIpEventID = 0x8001 SomeIpEventGroups = { 1 } }\n}\n")
+            bare = "note: no message is of a service that the interfaces describe (Lamp 0x[0-9a-f]{4}, an id that Trestle chose); there are "
+            bare = bare.replace("(", r"\(").replace(")", r"\)")
+            status, _, errors = run("--hex", "--interfaces", lamp, stdin=f"{REQUEST}\n{OFFER}\n".encode())
+            self.assertEqual(status, 0, errors)
+            self.assertRegex(errors, bare + "messages of 0x1234\n")
+            status, _, errors = run("--hex", "--interfaces", lamp)
+            self.assertRegex(errors, bare + "none at all\n")
+            # An entry of service discovery is enough.
+            for seen in (REQUEST, OFFER):
+                status, _, errors = run("--hex", "--interfaces", lamp, deployed, stdin=f"{seen}\n")
+                self.assertEqual((status, errors), (0, ""))
+            status, _, errors = run(capture("rr_udp"), "--interfaces", lamp)
+            self.assertRegex(errors, bare + "messages of 0x")
+
     def test_a_file_that_breaks_off_is_an_error(self):
         with open(capture("rr_udp"), "rb") as file, tempfile.NamedTemporaryFile() as cut:
             cut.write(file.read()[:5000])
