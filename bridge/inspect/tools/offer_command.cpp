@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/protection.hpp"
 #include "bridge/cli/session.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/inspect/tools/beside_bridge.hpp"
@@ -27,6 +28,9 @@ struct OfferArguments : ServiceArguments {
   std::vector<std::string> methods;
   std::vector<std::string> errors;
   std::vector<std::string> fields;
+  std::vector<std::string> events;
+  bool all_events = false;
+  double rate_hz = 1;
   std::string answer_type;
 };
 
@@ -121,6 +125,18 @@ class Service {
       add_field(parse_field(definition.ids), definition.value,
                 options_.payload.of_type("--field", definition.type));
     }
+    for (const std::string& text : options_.events) {
+      if (is_name(text)) {
+        const auto [name, value] = split(text, '=');
+        add_described_event(element("--event", name, Part::event), value);
+        continue;
+      }
+      const Definition event = parse_definition(text);
+      const MethodId id{cli::parse_id("--event", event.ids)};
+      const cli::PayloadOptions payload = options_.payload.of_type("--event", event.type);
+      add_event(id, fmt::format("event {}", event.ids), event.value ? payload.parse(*event.value) : Bytes{});
+      notifiers_.push_back(id);
+    }
     for (const std::string& id : options_.eventgroups) {
       spec_.eventgroups.push_back(
           {.id = someip::EventgroupId{cli::parse_id("--eventgroup", id)}, .events = notifiers_});
@@ -131,6 +147,7 @@ class Service {
     }
     options.serve_over_tcp(target_, spec_);
     options.protect(spec_);
+    leave_out_misfits();
   }
 
   /// Offers it until the session ends.
@@ -144,6 +161,10 @@ class Service {
     sd::Node& node = *own;
     node_ = &node;
     offer_ = node.offer(std::move(spec_));
+    if (!events_.empty()) {
+      const std::chrono::duration<double> period{1 / options_.rate_hz};
+      session.every(std::chrono::duration_cast<Duration>(period), [&] { send_events(); });
+    }
     session.run();
     node.shutdown();
   }
@@ -179,7 +200,10 @@ class Service {
         return *one;
       }
     }
-    throw CLI::ValidationError(option, fmt::format("{} is no {}", name, part ? "method" : "field"));
+    throw CLI::ValidationError(option, fmt::format("{} is no {}", name,
+                                                   part == Part::event    ? "event"
+                                                   : part == Part::method ? "method"
+                                                                          : "field"));
   }
 
   /// The payload that has the value of each default, where there can be one.
@@ -287,6 +311,47 @@ class Service {
     add_field(std::move(field), std::nullopt, *payload);
   }
 
+  void add_event(MethodId id, std::string name, Bytes payload) {
+    events_.push_back({id, std::move(name), std::make_shared<const Bytes>(std::move(payload))});
+  }
+
+  /// Events whose protection has no messages of their length.
+  void leave_out_misfits() {
+    for (const sd::E2eSpec& e2e : spec_.e2e) {
+      std::erase_if(events_, [&](const SentEvent& event) {
+        const std::string why =
+            e2e.id == event.id ? cli::misfit_of_protection(e2e, event.name, *event.payload) : std::string{};
+        if (!why.empty()) {
+          cli::Session::warn(fmt::format("{} is not sent: {}", event.name, why));
+        }
+        return !why.empty();
+      });
+    }
+  }
+
+  void add_described_event(const describe::ServiceElement& event, const std::optional<std::string>& value) {
+    described_.insert(&event);
+    add_to_eventgroups(event);
+    const cli::PayloadOptions payload = options_.payload.of_element(interfaces(), event, false);
+    if (auto bytes = value ? std::optional{payload.parse(*value)} : usual(payload)) {
+      add_event(event.id, event.name, std::move(*bytes));
+    } else {
+      cli::Session::warn(fmt::format(
+          "{} is not sent unless --event '{}=…' gives its payload: {}", event.name, event.member_name,
+          payload.described()->content->unknown.empty() ? "there is no value to begin with"
+                                                        : payload.described()->content->unknown));
+    }
+  }
+
+  void send_events() {
+    for (const SentEvent& event : events_) {
+      if (node_->subscribers(offer_, event.id) > 0) {
+        const ByteView bytes{*event.payload};
+        node_->notify(offer_, event.id, {&bytes, 1}, event.payload);
+      }
+    }
+  }
+
   void add_to_eventgroups(const describe::ServiceElement& event) {
     if (!options_.eventgroups.empty()) {
       return;  // the command line says which there are
@@ -316,6 +381,8 @@ class Service {
       }
       if (one->part == Part::method) {
         add_described_method(*one, std::nullopt, ReturnCode::ok);
+      } else if (one->part == Part::event && options_.all_events) {
+        add_described_event(*one, std::nullopt);
       } else if (one->part == Part::event) {
         add_to_eventgroups(*one);
       } else {
@@ -392,11 +459,18 @@ class Service {
     responder.respond({&bytes, 1}, answer);
   }
 
+  struct SentEvent {
+    MethodId id{};
+    std::string name;
+    std::shared_ptr<const Bytes> payload;
+  };
+
   OfferArguments& options_;
   cli::Target target_;
   sd::ServiceSpec spec_;
   std::set<const describe::ServiceElement*> described_;  ///< those that the command line names
-  std::vector<MethodId> notifiers_;
+  std::vector<MethodId> notifiers_;                      ///< and events without a description
+  std::vector<SentEvent> events_;
   // While it is offered:
   cli::Session* session_ = nullptr;
   sd::Node* node_ = nullptr;
@@ -412,12 +486,14 @@ void add_offer_command(CLI::App& app, int& status) {
       "like 'trestle subscribe' prints events; it reports subscribers on standard error. PAYLOAD and VALUE\n"
       "are text, @FILE or @-: hexadecimal, or values with a type. With a type, requests that are no message\n"
       "of it are answered with E_MALFORMED_MESSAGE. TYPE and ANSWER_TYPE replace --type and --answer-type\n"
-      "for one method or field. To send events that belong to no field, use 'trestle notify'.\n"
+      "for one method, event or field.\n"
       "With --interfaces the whole service is offered, at the port of the description: methods answer with\n"
-      "zeros and fields begin so, unless --method, --error and --field say otherwise by name.\n"
+      "zeros and fields begin so, unless --method, --error and --field say otherwise by name. With --events\n"
+      "its events are sent, too, with zeros unless --event says otherwise.\n"
       "Exit status: 0; 1 when the port is taken; 2 for a wrong command line.\n\n"
       "Examples:\n"
       "  trestle offer Door --method 'open={done: true}' --field 'label=\"Push\"' --interfaces door/\n"
+      "  trestle offer Door --events --event 'moved={opening: 50}' --rate 10 --interfaces door/\n"
       "  trestle offer 0x1234.0x0001\n"
       "  trestle offer 0x1234.1 --method '1=00 01' --method 2 --error 3=0x21 --tcp --udp\n"
       "  trestle offer 0x1234.1 --method '1:std_msgs/msg/String:std_msgs/msg/Bool={data: true}' --method 2\n"
@@ -436,11 +512,17 @@ void add_offer_command(CLI::App& app, int& status) {
   repeatable("--error", options->errors, "ID=CODE", "Method that answers with an error");
   repeatable("--field", options->fields, "GETTER/SETTER/NOTIFIER[:TYPE][=VALUE]",
              "Field and its value; '-' in place of an id: it has none");
+  repeatable("--event", options->events, "ID[:TYPE][=PAYLOAD]",
+             "Event that is sent to its subscribers again and again");
+  cli::option(*command, "--rate", options->rate_hz, "HZ", "How often a second each event is sent",
+              cli::number_between(0.001, 10'000));
   repeatable("--eventgroup", options->eventgroups, "ID",
-             "Eventgroup with the notifiers of all fields; the default is 1");
+             "Eventgroup with all events and notifiers of fields; the default is 1");
   cli::option(*command, "--answer-type", options->answer_type, "PKG/msg/TYPE",
               "Message type of what methods answer, if not --type");
   options->add_to(*command);
+  command->add_flag("--events", options->all_events, "Send all events of the description")
+      ->needs("--interfaces");
   command->callback([options, &status] {
     Service{*options}.run();
     status = cli::exit_ok;

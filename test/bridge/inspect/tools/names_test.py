@@ -191,6 +191,16 @@ class Door(unittest.TestCase):
             self.assertEqual(run("call", 2, "Door.label.get", *DOOR).stdout, "label: Pull\n")
             self.assertIn("# Door.label.set session", offer.line_with("set"))
 
+    def test_a_service_is_offered_with_all_its_events(self):
+        with Running("offer", 1, "Door", "--events", "--event", "moved={opening: 50, speed: FAST}", "--rate", "50", "--udp", *DOOR):
+            done = run("subscribe", 2, "Door", "moved", "blocked", "--count", "2", "--json", *DOOR)
+            self.assertEqual({line["event_name"]: line["values"] for line in map(json.loads, done.stdout.splitlines())},
+                             {"moved": {"opening": 50, "speed": "FAST"}, "blocked": {"obstacles": []}}, done.stderr)
+        with Running("offer", 1, "0x4711.1", "--event", "0x8010=3201", "--event", "0x8011:std_msgs/msg/UInt8={data: 7}", "--eventgroup", "2",
+                     "--rate", "50", "--udp"):
+            done = run("subscribe", 2, "0x4711.1", "2", "0x8010", "0x8011", "--count", "2")
+            self.assertEqual(sorted(line.split()[1] for line in done.stdout.splitlines()), ["07", "3201"], done.stdout + done.stderr)
+
     def test_an_event_has_names_and_values(self):
         with Running("notify", 1, "Door.moved", "{opening: 50, speed: FAST}", "--rate", "50", *DOOR):
             done = run("subscribe", 2, "Door.moved", "--count", "1", *DOOR)
@@ -293,6 +303,7 @@ class Door(unittest.TestCase):
                 (("notify", 2, "Door.moved"), "PAYLOAD"),
                 (("offer", 2, "Door.open"), "is more than a service"),
                 (("offer", 2, "Door", "--method", "moved={}"), "moved is no method"),
+                (("offer", 2, "Door", "--event", "open={}"), "open is no event"),
                 (("find", 2, "Dor"), "did you mean 'Door'?")):
             done = run(*arguments, *DOOR)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
