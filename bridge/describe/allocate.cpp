@@ -31,7 +31,8 @@ class Numbers {
  public:
   Numbers(std::uint32_t first, std::uint32_t last) : first_{first}, last_{last} {}
 
-  void take(std::uint16_t id) { taken_.insert(id); }
+  /// @return whether it was free.
+  bool take(std::uint16_t id) { return taken_.insert(id).second; }
   /// Takes the next free one from `begin` on; at the end it begins anew.
   std::optional<std::uint16_t> next(std::uint32_t begin) {
     const std::uint32_t count = last_ - first_ + 1;
@@ -61,6 +62,15 @@ class Numbers {
 struct Element {
   std::string name;
   std::optional<someip::MethodId>* id;
+  const Place* place;
+};
+
+/// What is called, or what is sent: each has ids of its own.
+struct Channel {
+  std::vector<Element> (*elements)(Service& service);
+  IdsByName LockedIds::*locked;
+  IdRange range;
+  const char* what;
 };
 
 class Allocation {
@@ -79,14 +89,18 @@ class Allocation {
     }
     for (Service* const one : bases_first()) {
       Service& service = *one;
-      LockedIds& locked = lock_.services[full_name(service.scope, service.name)];
-      inherit(service, locked);
-      members(service, methods_of(service), locked.methods, {0x0001, 0x7fff}, "method");
-      members(service, events_of(service), locked.events, {0x8001, 0xfffe}, "event");
+      const std::string name = full_name(service.scope, service.name);
+      LockedIds& locked = lock_.services[name];
+      for (const Channel& channel : {Channel{methods_of, &LockedIds::methods, {0x0001, 0x7ffe}, "method"},
+                                     Channel{events_of, &LockedIds::events, {0x8001, 0xfffe}, "event"}}) {
+        inherit(service, locked, channel);
+        members(service, locked, channel);
+      }
       eventgroups(service);
       instance(service);
+      locked.base = service.base;
       if (!locked.service && locked.methods.empty() && locked.events.empty()) {
-        lock_.services.erase(full_name(service.scope, service.name));
+        lock_.services.erase(name);
       }
     }
     return std::move(problems_);
@@ -95,12 +109,12 @@ class Allocation {
  private:
   void services(IdRange range) {
     Numbers numbers{range.first, range.last};
-    std::set<std::uint16_t> given;
+    std::map<std::uint16_t, const Service*> given;
     std::vector<std::pair<std::string, Service*>> without;
     for (Service& service : model_.services) {
       if (service.id) {
         numbers.take(someip::value(*service.id));
-        given.insert(someip::value(*service.id));
+        given.emplace(someip::value(*service.id), &service);
       } else {
         without.emplace_back(full_name(service.scope, service.name), &service);
       }
@@ -114,8 +128,11 @@ class Allocation {
     std::ranges::sort(without, {}, [](const auto& one) { return one.first; });
     for (const auto& [name, service] : without) {
       std::optional<std::uint16_t>& locked = lock_.services[name].service;
-      if (locked && given.contains(*locked)) {
-        locked.reset();  // the model gives it to another one now
+      std::string moved;
+      if (const auto other = locked ? given.find(*locked) : given.end(); other != given.end()) {
+        moved = fmt::format("the service {} has had the id 0x{:04x}, which {} has now", name, *locked,
+                            full_name(other->second->scope, other->second->name));
+        locked.reset();
       }
       if (!locked) {
         locked = numbers.next(range.first + hash(name) % (range.last - range.first + 1U));
@@ -123,6 +140,9 @@ class Allocation {
       if (locked) {
         service->id = someip::ServiceId{*locked};
         service->id_is_chosen = true;
+        if (!moved.empty()) {
+          warning(service->place, fmt::format("{}: 0x{:04x} is taken", moved, *locked));
+        }
       } else {
         none_left(service->place, "service", name);
       }
@@ -132,7 +152,16 @@ class Allocation {
   /// All services, each behind the one that it extends.
   std::vector<Service*> bases_first() {
     for (Service& service : model_.services) {
-      by_name_.emplace(full_name(service.scope, service.name), &service);
+      const std::string name = full_name(service.scope, service.name);
+      by_name_.emplace(name, &service);
+      if (!service.base.empty()) {
+        heirs_[service.base].insert(name);
+      }
+    }
+    for (const auto& [name, locked] : lock_.services) {
+      if (!locked.base.empty() && !by_name_.contains(name)) {
+        heirs_[locked.base].insert(name);
+      }
     }
     std::vector<Service*> sorted;
     std::set<const Service*> placed;
@@ -151,56 +180,59 @@ class Allocation {
     return base == by_name_.end() ? nullptr : base->second;
   }
 
-  /// What a service has of the one that it extends has the id that it has there: FDEPL says it once. Not
-  /// where the service uses that id for something else, or has got another one before.
-  void inherit(Service& service, const LockedIds& locked) {
+  /// Not where the service uses that id for something else, or has got another one before.
+  void inherit(Service& service, const LockedIds& locked, const Channel& channel) {
     Service* const base = base_of(service);
     if (base == nullptr) {
       return;
     }
-    const auto take = [&](const std::vector<Element>& own, const std::vector<Element>& inherited,
-                          const std::map<std::string, std::uint16_t, std::less<>>& chosen) {
-      std::set<someip::MethodId> given;
-      for (const auto& [name, id] : chosen) {
-        given.insert(someip::MethodId{id});
+    const std::vector<Element> own = channel.elements(service);
+    std::map<someip::MethodId, std::string> given;
+    for (const auto& [name, id] : locked.*channel.locked) {
+      given.emplace(someip::MethodId{id}, name);
+    }
+    for (const Element& element : own) {
+      if (*element.id) {
+        given.emplace(**element.id, element.name);
       }
-      std::map<std::string_view, someip::MethodId> known;
-      for (const Element& element : own) {
-        if (*element.id) {
-          given.insert(**element.id);
+    }
+    std::map<std::string, someip::MethodId, std::less<>> known;
+    for (const Element& element : channel.elements(*base)) {
+      if (*element.id) {
+        known.emplace(element.name, **element.id);
+      }
+    }
+    for (const Element& element : own) {
+      const auto found = known.find(element.name);
+      if (*element.id || (locked.*channel.locked).contains(element.name) || found == known.end()) {
+        continue;
+      }
+      if (const auto [other, is_free] = given.emplace(found->second, element.name); is_free) {
+        *element.id = found->second;
+        if (base->chosen_ids.contains(found->second)) {
+          service.chosen_ids.insert(found->second);
         }
+      } else {
+        warning(
+            *element.place,
+            fmt::format("{0}.{1} cannot have the id 0x{2:04x} of {3}.{1}, which {0}.{4} has: another one "
+                        "is chosen, which no FDEPL file can say",
+                        service.name, element.name, someip::value(found->second), base->name, other->second));
       }
-      for (const Element& element : inherited) {
-        if (*element.id) {
-          known.emplace(element.name, **element.id);
-        }
-      }
-      for (const Element& element : own) {
-        const auto found = known.find(element.name);
-        if (!*element.id && !chosen.contains(element.name) && found != known.end() &&
-            given.insert(found->second).second) {
-          *element.id = found->second;
-          if (base->chosen_ids.contains(found->second)) {
-            service.chosen_ids.insert(found->second);
-          }
-        }
-      }
-    };
-    take(methods_of(service), methods_of(*base), locked.methods);
-    take(events_of(service), events_of(*base), locked.events);
+    }
   }
 
   static std::vector<Element> methods_of(Service& service) {
     std::vector<Element> all;
     for (Method& method : service.methods) {
-      all.push_back({member_key(method.name, method.selector), &method.id});
+      all.push_back({member_key(method.name, method.selector), &method.id, &method.place});
     }
     for (Field& field : service.fields) {
       if (field.has_getter) {
-        all.push_back({field.name + "/getter", &field.getter});
+        all.push_back({field.name + "/getter", &field.getter, &field.place});
       }
       if (field.has_setter) {
-        all.push_back({field.name + "/setter", &field.setter});
+        all.push_back({field.name + "/setter", &field.setter, &field.place});
       }
     }
     return all;
@@ -208,49 +240,114 @@ class Allocation {
   static std::vector<Element> events_of(Service& service) {
     std::vector<Element> all;
     for (Event& event : service.events) {
-      all.push_back({member_key(event.name, event.selector), &event.id});
+      all.push_back({member_key(event.name, event.selector), &event.id, &event.place});
     }
     for (Field& field : service.fields) {
       if (field.has_notifier) {
-        all.push_back({field.name + "/notifier", &field.notifier});
+        all.push_back({field.name + "/notifier", &field.notifier, &field.place});
       }
     }
     return all;
   }
 
-  void members(Service& service, const std::vector<Element>& elements,
-               std::map<std::string, std::uint16_t, std::less<>>& locked, IdRange range, const char* what) {
-    Numbers numbers{range.first, range.last};
-    std::set<std::uint16_t> given;
+  void members(Service& service, LockedIds& lock, const Channel& channel) {
+    IdsByName& locked = lock.*channel.locked;
+    const std::vector<Element> elements = channel.elements(service);
+    Numbers numbers{channel.range.first, channel.range.last};
+    std::map<std::uint16_t, std::string> given;
+    bool is_complete = true;
     for (const Element& element : elements) {
       if (*element.id) {
         numbers.take(someip::value(**element.id));
-        given.insert(someip::value(**element.id));
+        given.emplace(someip::value(**element.id), element.name);
+      } else {
+        is_complete = false;
       }
+    }
+    if (is_complete) {
+      return;
     }
     for (const auto& [name, id] : locked) {
       numbers.take(id);
+    }
+    if (Service* const base = base_of(service)) {
+      for (const Element& element : channel.elements(*base)) {
+        if (*element.id) {
+          numbers.take(someip::value(**element.id));
+        }
+      }
+    }
+    const Names of_heirs = names_of_heirs(service, channel);
+    IdsByName same;  // what heirs have an id for gets it, too
+    for (const auto& [id, names] : of_heirs) {
+      if (numbers.take(id) && names.size() == 1) {
+        same.emplace(*names.begin(), id);
+      }
     }
     for (const Element& element : elements) {
       if (*element.id) {
         continue;
       }
       auto kept = locked.find(element.name);
-      if (kept != locked.end() && given.contains(kept->second)) {
-        locked.erase(kept);  // the model gives it to another one now
-        kept = locked.end();
+      std::string moved;
+      if (kept != locked.end()) {
+        if (const auto other = given.find(kept->second); other != given.end()) {
+          moved = fmt::format("{}.{} has had the id 0x{:04x}, which {} has now", service.name, element.name,
+                              kept->second, other->second);
+          locked.erase(kept);
+          kept = locked.end();
+        }
       }
       if (kept == locked.end()) {
-        const std::optional<std::uint16_t> id = numbers.next();
+        const auto wanted = same.find(element.name);
+        const std::optional<std::uint16_t> id =
+            wanted == same.end() ? numbers.next() : std::optional{wanted->second};
         if (!id) {
-          none_left(service.place, what, element.name);
+          none_left(service.place, channel.what, element.name);
           return;
         }
         kept = locked.emplace(element.name, *id).first;
+        if (!moved.empty()) {
+          warning(*element.place, fmt::format("{}: 0x{:04x} is taken", moved, *id));
+        }
       }
       *element.id = someip::MethodId{kept->second};
       service.chosen_ids.insert(**element.id);
     }
+  }
+
+  /// Ids that services have which extend this one, directly or not, and the names of what has them.
+  using Names = std::map<std::uint16_t, std::set<std::string>>;
+  Names names_of_heirs(const Service& service, const Channel& channel) {
+    Names names;
+    std::vector<std::string> open{full_name(service.scope, service.name)};
+    std::set<std::string> seen{open.front()};
+    while (!open.empty()) {
+      const auto heirs = heirs_.find(open.back());
+      open.pop_back();
+      if (heirs == heirs_.end()) {
+        continue;
+      }
+      for (const std::string& heir : heirs->second) {
+        if (!seen.insert(heir).second) {
+          continue;
+        }
+        open.push_back(heir);
+        if (const auto in_model = by_name_.find(heir); in_model != by_name_.end()) {
+          for (const Element& element : channel.elements(*in_model->second)) {
+            if (*element.id) {
+              names[someip::value(**element.id)].insert(element.name);
+            }
+          }
+        }
+        if (const auto locked = lock_.services.find(heir); locked != lock_.services.end()) {
+          for (const auto& [name, id] : locked->second.*channel.locked) {
+            names[id].insert(name);
+          }
+        }
+      }
+    }
+    return names;
   }
 
   /// Events without an eventgroup join the lowest one that there is. Of what a capture alone knows, it stays
@@ -341,8 +438,9 @@ class Allocation {
   Model& model_;
   IdLock& lock_;
   std::map<std::string, Service*, std::less<>> by_name_{};
-  std::set<std::string, std::less<>> named_{};  ///< services that have instances: by name
-  std::set<someip::ServiceId> nameless_{};      ///< and by id
+  std::map<std::string, std::set<std::string>> heirs_{};  ///< of each service: who extends it
+  std::set<std::string, std::less<>> named_{};            ///< services that have instances: by name
+  std::set<someip::ServiceId> nameless_{};                ///< and by id
   std::vector<documents::Problem> problems_{};
 };
 
@@ -350,16 +448,79 @@ documents::Format<std::uint64_t> id_format() {
   return documents::id_number(1, 0xffff);
 }
 
-void read_ids(const YAML::Node& node, const char* name, documents::Problems& problems,
-              std::map<std::string, std::uint16_t, std::less<>>& into) {
+/// Where an id of a lock file stands, and what has it.
+struct LockedPlace {
+  std::string name;
+  documents::Mark mark{};
+};
+
+/// Those of one service.
+struct LockedPlaces {
+  std::map<std::uint16_t, LockedPlace> methods{};
+  std::map<std::uint16_t, LockedPlace> events{};
+};
+
+constexpr const char* what_to_do = "remove the line of one that nobody uses yet, and another id is chosen";
+
+void read_ids(const YAML::Node& node, const char* name, documents::Problems& problems, IdsByName& into,
+              std::map<std::uint16_t, LockedPlace>& places) {
   if (!node.IsDefined()) {
     return;
   }
   documents::Section section{node, name, problems};
   for (const std::string& key : section.keys()) {
-    std::uint64_t id = 0;
-    if (section.require(key.c_str(), id_format(), id)) {
-      into.emplace(key, static_cast<std::uint16_t>(id));
+    std::uint64_t number = 0;
+    if (!section.require(key.c_str(), id_format(), number)) {
+      continue;
+    }
+    const auto id = static_cast<std::uint16_t>(number);
+    into.emplace(key, id);
+    const documents::Mark mark = section.value_mark(key.c_str());
+    if (const auto [other, is_new] = places.try_emplace(id, LockedPlace{key, mark}); !is_new) {
+      problems.error(mark, fmt::format("{}: 0x{:04x} of {} is that of {} in line {}, too: {}", name, id,
+                                       documents::quote(key), documents::quote(other->second.name),
+                                       other->second.mark.line, what_to_do));
+    }
+  }
+}
+
+/// A service inherits what it has no id of its own for.
+void check_inherited(const IdLock& lock, const std::map<std::string, LockedPlaces, std::less<>>& places,
+                     documents::Problems& problems) {
+  const auto check = [&](const std::string& service, IdsByName LockedIds::*ids,
+                         std::map<std::uint16_t, LockedPlace> LockedPlaces::*of, const char* what) {
+    const auto& own = places.find(service)->second.*of;
+    std::set<std::string, std::less<>> known;
+    const auto add_names = [&](const IdsByName& names) {
+      for (const auto& [name, id] : names) {
+        known.insert(name);
+      }
+    };
+    auto at = lock.services.find(service);
+    add_names(at->second.*ids);
+    for (std::size_t steps = 0; steps < max_type_nesting; ++steps) {
+      at = lock.services.find(at->second.base);
+      if (at == lock.services.end() || at->first == service) {
+        return;
+      }
+      for (const auto& [id, place] : places.find(at->first)->second.*of) {
+        const auto other = own.find(id);
+        if (!known.contains(place.name) && other != own.end()) {
+          problems.error(
+              other->second.mark,
+              fmt::format("{}: 0x{:04x} of {} is that of {} of {}, which {} extends, in line {}, "
+                          "too: {}",
+                          what, id, documents::quote(other->second.name), documents::quote(place.name),
+                          at->first, service, place.mark.line, what_to_do));
+        }
+      }
+      add_names(at->second.*ids);
+    }
+  };
+  for (const auto& [service, ids] : lock.services) {
+    if (!ids.base.empty()) {
+      check(service, &LockedIds::methods, &LockedPlaces::methods, "methods");
+      check(service, &LockedIds::events, &LockedPlaces::events, "events");
     }
   }
 }
@@ -370,6 +531,8 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
                                                                    const std::string& text) {
   IdLock lock;
   documents::Problems problems{file};
+  std::map<std::uint16_t, LockedPlace> services;
+  std::map<std::string, LockedPlaces, std::less<>> places;
   if (const YAML::Node node = documents::parse_document(text, "'services'", problems)) {
     documents::Section top{node, "", problems};
     for (const YAML::Node& element : top.required_list("services", "a list of services")) {
@@ -377,17 +540,28 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
       std::string name;
       section.require("name", documents::any_text("the full name of a service"), name);
       LockedIds ids;
+      LockedPlaces at;
       if (std::uint64_t id = 0; section.read("id", id_format(), id)) {
         ids.service = static_cast<std::uint16_t>(id);
+        const documents::Mark mark = section.value_mark("id");
+        if (const auto [other, is_new] = services.try_emplace(*ids.service, LockedPlace{name, mark});
+            !is_new && other->second.name != name) {
+          problems.error(mark, fmt::format("id: 0x{:04x} of {} is that of {} in line {}, too: {}", id, name,
+                                           other->second.name, other->second.mark.line, what_to_do));
+        }
       }
-      read_ids(section.child("methods"), "methods", problems, ids.methods);
-      read_ids(section.child("events"), "events", problems, ids.events);
+      section.read("extends", documents::any_text("the full name of a service"), ids.base);
+      read_ids(section.child("methods"), "methods", problems, ids.methods, at.methods);
+      read_ids(section.child("events"), "events", problems, ids.events, at.events);
       section.finish();
       if (!lock.services.emplace(name, std::move(ids)).second) {
-        problems.error(section.mark(), fmt::format("{} is listed twice", documents::quote(name)));
+        problems.error(section.mark(),
+                       fmt::format("{} is listed twice: make one list of both", documents::quote(name)));
       }
+      places.emplace(name, std::move(at));
     }
     top.finish();
+    check_inherited(lock, places, problems);
   }
   if (problems.has_errors()) {
     return tl::unexpected{problems.take()};
@@ -398,7 +572,7 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
 std::string to_text(const IdLock& lock) {
   YAML::Emitter out;
   const auto id = [](std::uint16_t number) { return fmt::format("0x{:04x}", number); };
-  const auto ids = [&](const char* name, const std::map<std::string, std::uint16_t, std::less<>>& all) {
+  const auto ids = [&](const char* name, const IdsByName& all) {
     if (all.empty()) {
       return;
     }
@@ -413,6 +587,9 @@ std::string to_text(const IdLock& lock) {
     out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << name;
     if (service.service) {
       out << YAML::Key << "id" << YAML::Value << id(*service.service);
+    }
+    if (!service.base.empty()) {
+      out << YAML::Key << "extends" << YAML::Value << service.base;
     }
     ids("methods", service.methods);
     ids("events", service.events);

@@ -11,12 +11,16 @@
 /// Ids for what a description leaves without: chosen once, the same on each machine, and kept.
 namespace trestle::describe {
 
-/// Ids of one service that were chosen before, by the names of its elements.
+/// Ids by the names of elements.
+using IdsByName = std::map<std::string, std::uint16_t, std::less<>>;
+
+/// Ids of one service that were chosen before.
 struct LockedIds {
   std::optional<std::uint16_t> service{};
-  /// Also those of getters and setters: "label/getter", "label/setter".
-  std::map<std::string, std::uint16_t, std::less<>> methods{};
-  std::map<std::string, std::uint16_t, std::less<>> events{};  ///< also those of notifiers: "label/notifier"
+  /// Full name of the service that it extends: what is new there must not get an id that stands here.
+  std::string base{};
+  IdsByName methods{};  ///< also those of getters and setters: "label/getter", "label/setter"
+  IdsByName events{};   ///< also those of notifiers: "label/notifier"
 };
 
 /// Ids that were chosen before. An id stays here when its element is gone, so that no other one gets it.
@@ -25,7 +29,8 @@ struct IdLock {
 };
 
 /// Reads the text of a lock file.
-/// @return the ids; or what is wrong, with line and column.
+/// @return the ids; or what is wrong, with line and column: two elements with one id, too, as a merge of two
+///         branches can make them
 [[nodiscard]] tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::string& file,
                                                                                  const std::string& text);
 /// The text of a lock file: YAML, sorted.
@@ -42,8 +47,13 @@ struct IdRange {
 ///
 /// A service's id follows from its name, so that other services do not change it. Members get the lowest free
 /// number, in their order. What is in the lock keeps its id, and what is new is added there. An id that the
-/// model has wins over the lock. The model tells which ids were chosen: Service::chosen_ids and others.
-/// @return what cannot be done: no id is left.
+/// model has wins over the lock, with a warning. The model tells which ids were chosen: Service::chosen_ids
+/// and others.
+///
+/// What a service has of the one that it extends has the id that it has there, as FDEPL says it once. So a
+/// new member of that one gets an id that is free in all services that extend it, those that only the lock
+/// knows included.
+/// @return what cannot be done: no id is left; and what is chosen though it may surprise, as a warning
 [[nodiscard]] std::vector<documents::Problem> allocate_ids(Model& model, IdLock& lock, IdRange services = {});
 
 }  // namespace trestle::describe

@@ -1,7 +1,9 @@
 #include "bridge/describe/allocate.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <set>
 
 namespace trestle::describe {
@@ -65,6 +67,84 @@ TEST(AllocateIds, GivesWhatIsInheritedTheIdsOfItsBase) {
   before.services["car.Front"].methods["open"] = 7;
   EXPECT_THAT(allocate_ids(again, before), IsEmpty());
   EXPECT_EQ(ids(again.services[0]), "7 1 2 32769 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(again.services[1]), "7 1 32769 3 4 32770 5 - 32771 ") << "a FDEPL file says them once";
+}
+
+/// A base and two that extend it, one through the other. Each has a method of its own, and an event.
+Model family() {
+  Model model{.services = {service("Rear"), service("Front"), service("Door")}};
+  model.services[1].base = "car.Door";
+  model.services[0].base = "car.Front";
+  for (const auto& [at, name] : {std::pair{std::size_t{0}, "wipe"}, {1U, "lock"}, {0U, "lock"}}) {
+    model.services.at(at).methods.push_back({.name = name});
+    model.services.at(at).events.push_back({.name = std::string{name} + "ed"});
+  }
+  return model;
+}
+
+TEST(AllocateIds, GivesWhatIsNewInABaseAnIdThatIsFreeInItsHeirs) {
+  Model first = family();
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(first, lock), IsEmpty());
+  EXPECT_EQ(ids(first.services[2]), "1 2 32769 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(first.services[1]), "1 2 6 32769 32772 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(first.services[0]), "1 2 7 6 32769 32773 32772 3 4 32770 5 - 32771 ");
+
+  const auto grow = [](Service& service) {
+    service.methods.push_back({.name = "more"});
+    service.events.push_back({.name = "mored"});
+  };
+  IdLock together = read_id_lock("ids.lock", to_text(lock)).value();
+  Model grown = family();
+  std::ranges::for_each(grown.services, grow);
+  EXPECT_THAT(allocate_ids(grown, together), IsEmpty());
+  EXPECT_EQ(ids(grown.services[2]), "1 2 8 32769 32774 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(grown.services[1]), "1 2 6 8 32769 32772 32774 3 4 32770 5 - 32771 ");
+  EXPECT_EQ(ids(grown.services[0]), "1 2 7 6 8 32769 32773 32772 32774 3 4 32770 5 - 32771 ");
+
+  // Also where the lock alone knows the heirs, and they come again later.
+  IdLock apart = read_id_lock("ids.lock", to_text(lock)).value();
+  Model alone{.services = {grown.services[2]}};
+  alone.services[0].methods.back().id.reset();
+  alone.services[0].events.back().id.reset();
+  EXPECT_THAT(allocate_ids(alone, apart), IsEmpty());
+  EXPECT_EQ(ids(alone.services[0]), ids(grown.services[2]));
+  Model later = family();
+  std::ranges::for_each(later.services, grow);
+  apart = read_id_lock("ids.lock", to_text(apart)).value();
+  EXPECT_THAT(allocate_ids(later, apart), IsEmpty());
+  EXPECT_EQ(ids(later.services[0]), ids(grown.services[0]));
+  EXPECT_EQ(to_text(apart), to_text(together));
+}
+
+TEST(AllocateIds, LeavesABaseWhatItsHeirsAreGiven) {
+  Model model{.services = {service("Front"), service("Door")}};
+  model.services[0].base = "car.Door";
+  model.services[0].methods.push_back({.name = "lock", .id = someip::MethodId{1}});
+  model.services[0].methods[1].id = someip::MethodId{9};  // of what it inherits: the base gets it, too
+  model.services[0].events.push_back({.name = "locked", .id = someip::MethodId{0x8001}});
+  IdLock lock;
+  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  EXPECT_EQ(ids(model.services[1]), "2 9 32770 3 4 32771 5 - 32772 ");
+  EXPECT_EQ(ids(model.services[0]), "2 9 1 32770 32769 3 4 32771 5 - 32772 ");
+}
+
+TEST(AllocateIds, KeepsWhatABaseHasHadAndTellsThatAnHeirHasIt) {
+  IdLock lock;
+  lock.services["car.Door"].methods["open"] = 1;
+  Model model{.services = {service("Front"), service("Door")}};
+  model.services[0].base = "car.Door";
+  model.services[0].methods.push_back({.name = "lock", .id = someip::MethodId{1}});
+  model.services[0].methods[0].place = {.file = 0, .mark = {7, 3}};
+  const std::vector<documents::Problem> problems = allocate_ids(model, lock);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_EQ(problems[0].mark, (documents::Mark{7, 3}));
+  EXPECT_EQ(problems[0].text,
+            "Front.open cannot have the id 0x0001 of Door.open, which Front.lock has: another one is chosen, "
+            "which no FDEPL file can say");
+  EXPECT_EQ(model.services[1].methods[0].id, someip::MethodId{1});
+  EXPECT_EQ(model.services[0].methods[0].id, someip::MethodId{6});
 }
 
 TEST(AllocateIds, GuessesNoEventgroupOfWhatACaptureShows) {
@@ -188,9 +268,17 @@ TEST(AllocateIds, GivesAwayWhatTheModelGivesToAnotherOne) {
   Model later{.services = {service("Door"), service("Window")}};
   later.services[0].methods[1].id = someip::MethodId{1};  // which "open" has had
   later.services[1].id = someip::ServiceId{id};
-  EXPECT_THAT(allocate_ids(later, lock), IsEmpty());
-  EXPECT_NE(later.services[0].methods[0].id, someip::MethodId{1});
+  const std::vector<documents::Problem> problems = allocate_ids(later, lock);
+  EXPECT_EQ(later.services[0].methods[0].id, someip::MethodId{6});
   EXPECT_NE(later.services[0].id, someip::ServiceId{id});
+  ASSERT_EQ(problems.size(), 2);
+  EXPECT_EQ(
+      problems[0].text,
+      fmt::format("the service car.Door has had the id 0x{0:04x}, which car.Window has now: 0x{1:04x} is "
+                  "taken",
+                  id, someip::value(*later.services[0].id)));
+  EXPECT_EQ(problems[1].text, "Door.open has had the id 0x0001, which shut has now: 0x0006 is taken");
+  EXPECT_THAT(allocate_ids(later, lock), IsEmpty()) << "told once";
 }
 
 TEST(AllocateIds, NeverGivesOneIdTwiceAndSaysWhenNoneIsLeft) {
@@ -218,6 +306,54 @@ TEST(ReadIdLock, SaysWhereItIsWrong) {
   ASSERT_EQ(lock.error().size(), 2);
   EXPECT_EQ(to_string(lock.error()[0]).substr(0, 24), "ids.lock:3:9: error: id:");
   EXPECT_EQ(lock.error()[1].mark, (documents::Mark{4, 21}));
+}
+
+std::vector<std::string> faults_of_lock(const std::string& text) {
+  std::vector<std::string> all;
+  if (const auto lock = read_id_lock("ids.lock", text); !lock) {
+    for (const documents::Problem& problem : lock.error()) {
+      all.push_back(to_string(problem));
+    }
+  }
+  return all;
+}
+
+/// As Git makes it of two branches that each have added something.
+TEST(ReadIdLock, TellsWhatHasOneIdTwiceAfterAMerge) {
+  const std::string what_to_do = ": remove the line of one that nobody uses yet, and another id is chosen";
+  EXPECT_THAT(
+      faults_of_lock("services:\n"
+                     "  - name: car.Door\n"
+                     "    id: 0x4000\n"
+                     "    methods:\n"
+                     "      open: 0x0001\n"
+                     "      shut: 0x0001\n"
+                     "    events:\n"
+                     "      moved: 0x8001\n"
+                     "      bent: 0x8001\n"
+                     "  - name: car.Window\n"
+                     "    id: 0x4000\n"),
+      ElementsAre(
+          "ids.lock:6:13: error: methods: 0x0001 of 'shut' is that of 'open' in line 5, too" + what_to_do,
+          "ids.lock:9:13: error: events: 0x8001 of 'bent' is that of 'moved' in line 8, too" + what_to_do,
+          "ids.lock:11:9: error: id: 0x4000 of car.Window is that of car.Door in line 3, too" + what_to_do));
+  // One branch has added to a base, the other one to what extends it.
+  const std::string family =
+      "services:\n"
+      "  - name: car.Door\n"
+      "    methods:\n"
+      "      open: 0x0001\n"
+      "      more: 0x0002\n"
+      "  - name: car.Front\n"
+      "    extends: car.Door\n"
+      "    methods:\n"
+      "      lock: 0x0002\n";
+  EXPECT_THAT(faults_of_lock(family),
+              ElementsAre("ids.lock:9:13: error: methods: 0x0002 of 'lock' is that of 'more' of car.Door, "
+                          "which car.Front extends, in line 5, too" +
+                          what_to_do));
+  EXPECT_THAT(faults_of_lock(family + "      more: 0x0003\n"), IsEmpty()) << "it has an id of its own";
+  EXPECT_THAT(faults_of_lock("services:\n  - {name: A, extends: A, methods: {a: 1}}\n"), IsEmpty());
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "bridge/describe/allocate.hpp"
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/join.hpp"
 #include "bridge/describe/model_json.hpp"
@@ -95,6 +96,46 @@ TEST(WriteFidl, WritesRealFilesSoThatTheyAreReadAsTheSame) {
       }
     }
   }
+}
+
+/// FDEPL says the ids of what an interface inherits with the base alone.
+TEST(WriteFidl, WritesIdsOfABaseAndItsHeirThatAreReadAgain) {
+  const auto generated = [](const std::string& of_base, const std::vector<SourceText>& more, IdLock& lock) {
+    std::vector<SourceText> sources{
+        {"D.fidl", "package car interface Door { version { major 1 minor 0 } method open {} method shut {} " +
+                       of_base +
+                       " }\ninterface Front extends Door { version { major 1 minor 0 } method lock {} "
+                       "broadcast locked {} }"}};
+    sources.insert(sources.end(), more.begin(), more.end());
+    Reading reading =
+        read_fidl(sources, [&](const std::string& name) -> tl::expected<std::string, std::string> {
+          return name == "D.fidl" ? sources.front().text : "";
+        });
+    EXPECT_TRUE(reading.ok()) << all_problems(reading);
+    EXPECT_THAT(allocate_ids(reading.model, lock), IsEmpty());
+    const Written written = write_fidl(reading.model);
+    EXPECT_THAT(lost(written), Not(Contains(HasSubstr("other ids"))));
+    const Reading again = read_back(written);
+    EXPECT_TRUE(again.ok()) << all_problems(again) << all_text(written);
+    lock = read_id_lock("ids.lock", to_text(lock)).value();
+    return reading.model;
+  };
+  const auto id_of_lock = [](const Model& model) { return model.service("car.Front")->methods.back().id; };
+  IdLock lock;
+  const auto before = id_of_lock(generated("", {}, lock));
+  EXPECT_EQ(before, someip::MethodId{3});
+  // The base grows: what the heir has had stays.
+  EXPECT_EQ(id_of_lock(generated("method more {} broadcast mored {}", {}, lock)), before);
+  // The heir alone has a FDEPL file.
+  IdLock none;
+  const SourceText deployment{
+      "F.fdepl",
+      "import \"platform:/plugin/org.genivi.commonapi.someip/deployment/"
+      "CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\nimport \"D.fidl\"\n"
+      "define org.genivi.commonapi.someip.deployment for interface car.Front { SomeIpServiceID = 4660 "
+      "SomeIpEventGroups = { 1 } method lock { SomeIpMethodID = 1 } "
+      "broadcast locked { SomeIpEventID = 32769 SomeIpEventGroups = { 1 } } }"};
+  EXPECT_EQ(id_of_lock(generated("broadcast moved {}", {deployment}, none)), someip::MethodId{1});
 }
 
 constexpr const char* everything_fidl = R"(package org.example.all
