@@ -29,20 +29,29 @@ std::string key_of(const Field& field) {
   return field.name;
 }
 
+/// An id that is edited stands nowhere.
+template <typename Id, typename Value>
+void set_id(std::optional<Id>& into, Place& place, const std::optional<Value>& edit) {
+  if (edit) {
+    into = Id{*edit};
+    place = {};
+  }
+}
+
 void apply(const MemberEdit& edit, Method& method) {
-  set(method.id, edit.id);
+  set_id(method.id, method.id_place, edit.id);
   if (edit.transport) {
     method.request_transfer.transport = method.response_transfer.transport = *edit.transport;
   }
 }
 void apply(const MemberEdit& edit, Event& event) {
-  set(event.id, edit.id);
+  set_id(event.id, event.id_place, edit.id);
   event.transfer.transport = edit.transport.value_or(event.transfer.transport);
 }
 void apply(const MemberEdit& edit, Field& field) {
-  set(field.getter, edit.getter);
-  set(field.setter, edit.setter);
-  set(field.notifier, edit.notifier);
+  set_id(field.getter, field.getter_place, edit.getter);
+  set_id(field.setter, field.setter_place, edit.setter);
+  set_id(field.notifier, field.notifier_place, edit.notifier);
   if (edit.transport) {
     field.getter_transfer.transport = field.setter_transfer.transport = field.notifier_transfer.transport =
         *edit.transport;
@@ -71,7 +80,7 @@ class Editing {
  private:
   void service(Service& service, const std::string& name, const ServiceEdit& edit) {
     const std::uint8_t major = service.major;
-    set(service.id, edit.id);
+    set_id(service.id, service.id_place, edit.id);
     if (edit.major || edit.minor) {
       service.has_version = true;
       service.major = edit.major.value_or(service.major);

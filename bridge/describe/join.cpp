@@ -14,6 +14,7 @@
 
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/contradictions.hpp"
+#include "bridge/describe/id_faults.hpp"
 #include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/join_members.hpp"
 #include "bridge/documents/problems.hpp"
@@ -44,9 +45,7 @@ class Joining {
     }
     machines();
     instances();
-    for (const Service& service : model_.services) {
-      members(service);
-    }
+    ids();
     depth();
     inheritance();
     return std::move(problems_);
@@ -131,22 +130,21 @@ class Joining {
   /// the first stays.
   void tell_of_twins(std::vector<Service>& kept) {
     std::map<std::string, Service*, std::less<>> by_name;
-    std::map<someip::ServiceId, Service*> by_id;
+    std::map<std::pair<someip::ServiceId, std::uint8_t>, Service*> by_id;
     std::vector<Service> twins;
     std::vector<bool> is_twin(kept.size());
     for (std::size_t at = 0; at < kept.size(); ++at) {
       Service& service = kept[at];
       const std::string name = full_name(service.scope, service.name);
       const auto named = by_name.find(name);
-      const auto numbered = service.id ? by_id.find(*service.id) : by_id.end();
-      const bool same_id = numbered != by_id.end() && numbered->second->major == service.major &&
-                           !extends(kept, service, *numbered->second) &&
+      const auto numbered = service.id ? by_id.find({*service.id, service.major}) : by_id.end();
+      const bool same_id = numbered != by_id.end() && !extends(kept, service, *numbered->second) &&
                            !extends(kept, *numbered->second, service);
       Service* const other = named != by_name.end() ? named->second : same_id ? numbered->second : nullptr;
       if (other == nullptr) {
         by_name.emplace(name, &service);
         if (service.id) {
-          by_id.emplace(*service.id, &service);
+          by_id.emplace(std::pair{*service.id, service.major}, &service);
         }
         continue;
       }
@@ -158,10 +156,11 @@ class Joining {
         continue;
       }
       if (named == by_name.end() && (has_more(service, *other) || has_more(*other, service))) {
-        warning(service.place, fmt::format("service {} has the id 0x{:04x} of {}, at {}; one of them has all "
-                                           "members of the other, as if it extended it",
-                                           service.name, someip::value(*service.id), other->name,
-                                           to_string(model_, other->place)));
+        warning(place_of_id(service.id_place, service.place),
+                fmt::format("service {} has the id 0x{:04x} of {}, at {}; one of them has all members of the "
+                            "other, as if it extended it",
+                            service.name, someip::value(*service.id), other->name,
+                            to_string(model_, place_of_id(other->id_place, other->place))));
         by_name.emplace(name, &service);
         continue;
       }
@@ -170,9 +169,10 @@ class Joining {
         error(service.place, fmt::format("service {} is described twice, also at {}{}", name,
                                          to_string(model_, other->place), hint));
       } else {
-        error(service.place,
+        error(place_of_id(service.id_place, service.place),
               fmt::format("service {} has the id 0x{:04x} of {}, at {}{}", service.name,
-                          someip::value(*service.id), other->name, to_string(model_, other->place), hint));
+                          someip::value(*service.id), other->name,
+                          to_string(model_, place_of_id(other->id_place, other->place)), hint));
         by_name.emplace(name, &service);
       }
     }
@@ -516,41 +516,15 @@ class Joining {
     return kept;
   }
 
-  /// The first one of each id. What a client calls and what it is sent are told apart by the message type: a
-  /// method and an event may share an id, as those of CommonAPI's own tests do.
-  using Taken = std::map<someip::MethodId, std::pair<std::string, Place>>;
-
-  void take(Taken& taken, const Service& service, const std::optional<someip::MethodId>& id,
-            const std::string& name, const Place& place) {
-    if (!id) {
-      return;
+  void ids() {
+    documents::Problems problems{documents::Problems::no_limit};
+    IdFaults faults{model_, problems};
+    for (const Service& service : model_.services) {
+      faults.tell_same(service);
+      faults.tell_reserved(service);
     }
-    if (const auto [other, is_new] = taken.try_emplace(*id, name, place); !is_new) {
-      error(place,
-            fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, name, someip::value(*id),
-                        service.name, other->second.first, to_string(model_, other->second.second)));
-    }
-  }
-
-  void members(const Service& service) {
-    Taken called;
-    Taken sent;
-    for (const Method& method : service.methods) {
-      take(called, service, method.id, method.name, method.place);
-    }
-    for (const Event& event : service.events) {
-      take(sent, service, event.id, event.name, event.place);
-    }
-    for (const Field& field : service.fields) {
-      if (field.has_getter) {
-        take(called, service, field.getter, field.name + " (getter)", field.place);
-      }
-      if (field.has_setter) {
-        take(called, service, field.setter, field.name + " (setter)", field.place);
-      }
-      if (field.has_notifier) {
-        take(sent, service, field.notifier, field.name + " (notifier)", field.place);
-      }
+    for (documents::Problem& problem : problems.take(model_.files)) {
+      problems_.push_back(std::move(problem));
     }
   }
 
@@ -647,6 +621,18 @@ class Joining {
 
 std::vector<documents::Problem> join(Model& model) {
   return Joining{model}.run();
+}
+
+void join_again(Model& model, std::vector<documents::Problem>& told) {
+  std::set<std::string> known;
+  for (const documents::Problem& problem : told) {
+    known.insert(documents::to_string(problem));
+  }
+  for (documents::Problem& problem : join(model)) {
+    if (!known.contains(documents::to_string(problem))) {
+      told.push_back(std::move(problem));
+    }
+  }
 }
 
 std::string to_string(const Model& model, const Place& place) {

@@ -191,6 +191,7 @@ struct Shift {
     (*this)(event.payload);
     (*this)(event.transfer);
     (*this)(event.place);
+    (*this)(event.id_place);
   }
   void operator()(Method& method) const {
     (*this)(method.request);
@@ -199,6 +200,7 @@ struct Shift {
     (*this)(method.response_transfer);
     (*this)(method.error);
     (*this)(method.place);
+    (*this)(method.id_place);
   }
   void operator()(Field& field) const {
     (*this)(field.payload);
@@ -206,6 +208,9 @@ struct Shift {
     (*this)(field.setter_transfer);
     (*this)(field.notifier_transfer);
     (*this)(field.place);
+    (*this)(field.getter_place);
+    (*this)(field.setter_place);
+    (*this)(field.notifier_place);
   }
   void operator()(Eventgroup& eventgroup) const { (*this)(eventgroup.place); }
   void operator()(Service& service) const {
@@ -214,6 +219,7 @@ struct Shift {
     each(service.fields);
     each(service.eventgroups);
     (*this)(service.place);
+    (*this)(service.id_place);
   }
   void operator()(Multicast& multicast) const {
     (*this)(multicast.group_at);

@@ -41,7 +41,8 @@
 
 namespace trestle::describe {
 
-/// Where something was read: `file` is an index of Model::files.
+/// Where something was read: `file` is an index of Model::files. Ids may stand elsewhere than what has them:
+/// in a FDEPL file, not in the FIDL. Without a line they stand where it does.
 using documents::Place;
 
 /// What people wrote beside an element, for other people.
@@ -235,6 +236,7 @@ struct Event {
   std::string ros_name{};
   Notes notes{};
   Place place{};
+  Place id_place{};
 };
 
 struct Method {
@@ -259,6 +261,7 @@ struct Method {
   std::string ros_type{};
   Notes notes{};
   Place place{};
+  Place id_place{};
 };
 
 /// A field: CommonAPI's attribute. Each of its three parts is there or not.
@@ -283,6 +286,9 @@ struct Field {
   std::string ros_name{};  ///< as Event::ros_name
   Notes notes{};
   Place place{};
+  Place getter_place{};  ///< of the ids
+  Place setter_place{};
+  Place notifier_place{};
 };
 
 struct Eventgroup {
@@ -312,6 +318,7 @@ struct Service {
   std::set<someip::MethodId> chosen_ids{};  ///< the same of its methods, events and parts of fields
   Notes notes{};
   Place place{};
+  Place id_place{};
 };
 
 /// Where an eventgroup of an instance is sent to many at once.
@@ -406,6 +413,11 @@ struct Model {
 
 /// Whether a reader made the service's name of its id, "service_1234", because the source has no names.
 [[nodiscard]] bool has_made_name(const Service& service);
+
+/// Where an id stands: `of_id`, or where its element does.
+[[nodiscard]] inline const Place& place_of_id(const Place& of_id, const Place& element) noexcept {
+  return of_id.mark.line == 0 ? element : of_id;
+}
 
 /// Whether an instance is one of a service: by the name that it gives, or else by the id.
 [[nodiscard]] bool is_of(const Instance& instance, const Service& service);

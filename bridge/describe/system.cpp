@@ -80,7 +80,7 @@ System make_system(Reading reading, IdLock& lock, const SystemOptions& options) 
     take(allocate_ids(system.model, lock));
   }
   if (!options.edits.empty()) {
-    take(join(system.model));  // ids that are the same now
+    join_again(system.model, system.problems);  // ids that are the same now
   }
   take(without_tcp_port(system.model));
   if (options.lowers) {

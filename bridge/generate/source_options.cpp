@@ -211,8 +211,7 @@ describe::System SourceArguments::read(const Change& change) {
   reading.problems.insert(reading.problems.begin(), opened.problems.begin(), opened.problems.end());
   if (!opened.captured.files.empty() && reading.ok()) {
     describe::append(reading.model, std::move(opened.captured));
-    std::vector<documents::Problem> contradictions = describe::join(reading.model);
-    reading.problems.insert(reading.problems.end(), contradictions.begin(), contradictions.end());
+    describe::join_again(reading.model, reading.problems);
   }
   if (change && reading.ok()) {
     const std::vector<documents::Problem> faults = change(reading.model);

@@ -151,6 +151,12 @@ class RouteFile {
   }
 
  private:
+  /// Where a value of a route stands, if it is there.
+  static describe::Place place_of(const YAML::Node& element, const char* key) {
+    const YAML::Node node = child(element, key);
+    return node.IsDefined() ? describe::Place{0, documents::to_mark(node.Mark())} : describe::Place{};
+  }
+
   /// The service of a route, made when it is the first one of it.
   std::size_t service_of(someip::ServiceId id, std::uint8_t major, std::uint32_t minor, bool is_offered,
                          const std::string& name, documents::Mark mark) {
@@ -165,6 +171,7 @@ class RouteFile {
       service.minor = minor == any_minor ? 0 : minor;
       service.has_version = true;
       service.place = {0, mark};
+      service.id_place = place_of(element_at(mark), "service");
       services_.push_back(std::move(service));
     }
     services_[at->second].from_ros = services_[at->second].from_ros || is_offered;
@@ -228,12 +235,14 @@ class RouteFile {
       field.payload = payload(*tree, route.rules, route.mark);
       field.has_notifier = true;
       field.notifier = route.event;
+      field.notifier_place = place_of(element, "event");
       field.eventgroups = {route.eventgroup};
       field.notifier_transfer = transfer(route.transport, route.tp, element);
       field.e2e = protection_of(child(child(element, "e2e"), "event"));
       if (route.getter && !field.has_getter) {
         field.has_getter = true;
         field.getter = route.getter->id;
+        field.getter_place = place_of(element, "getter");
         field.getter_transfer.transport = route.transport;
         field.getter_e2e = protection_of(child(child(element, "e2e"), "getter"));
       }
@@ -253,6 +262,7 @@ class RouteFile {
     unwrap(service, event.name, "", event.payload);
     event.ros_name = topic;
     event.place = {0, route.mark};
+    event.id_place = place_of(element, "event");
     service.events.push_back(std::move(event));
   }
 
@@ -290,6 +300,8 @@ class RouteFile {
       }
       (is_getter ? field.has_getter : field.has_setter) = true;
       (is_getter ? field.getter : field.setter) = route.method;
+      (is_getter ? field.getter_place : field.setter_place) =
+          place_of(element, is_getter ? "getter" : "setter");
       (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp, element);
       (is_getter ? field.getter_e2e : field.setter_e2e) =
           protection_of(child(child(element, "e2e"), is_getter ? "getter" : "setter"));
@@ -324,6 +336,7 @@ class RouteFile {
     take_error(types->response.root(), method);
     method.ros_name = ros_service;
     method.place = {0, route.mark};
+    method.id_place = place_of(element, "method");
     service.methods.push_back(std::move(method));
   }
 

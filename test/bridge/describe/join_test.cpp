@@ -594,6 +594,133 @@ TEST(Join, TellsOfIdsThatAreThereTwice) {
   EXPECT_THAT(problems[2].text, HasSubstr("Door.angle (notifier) has the id 0x8002 of Door.bent"));
 }
 
+/// In a FDEPL file, say, and not in the FIDL.
+TEST(Join, TellsOfIdsWhereTheyStand) {
+  Model model = described();
+  model.files.push_back("Door.fdepl");
+  const auto at = [](int line) { return Place{.file = 1, .mark = {line, 9}}; };
+  Service& door = model.services[0];
+  door.id_place = at(1);
+  door.events.push_back({.name = "bent", .id = someip::MethodId{0x8001}, .id_place = at(2)});
+  door.events[0].id_place = at(3);
+  door.methods = {{.name = "open", .id = someip::MethodId{1}, .id_place = at(4)}};
+  door.fields[0].getter = door.fields[0].setter = someip::MethodId{1};
+  door.fields[0].getter_place = at(5);
+  door.fields[0].setter_place = at(6);
+  door.fields[0].notifier = someip::MethodId{0x8001};
+  door.fields[0].notifier_place = at(7);
+  // What extends it has the same ids from the same lines: they are told once.
+  Service front = door;
+  front.name = "Front";
+  front.base = "car.Door";
+  model.services.push_back(front);
+  model.services.push_back(
+      {.name = "Window", .scope = "car", .id = someip::ServiceId{0x1234}, .id_place = at(8)});
+  std::vector<std::string> told;
+  for (const documents::Problem& problem : join(model)) {
+    told.push_back(to_string(problem));
+  }
+  EXPECT_THAT(told,
+              ElementsAre("Door.fdepl:8:9: error: service Window has the id 0x1234 of Door, at "
+                          "Door.fdepl:1:9",
+                          "Door.fdepl:2:9: error: Door.bent has the id 0x8001 of Door.moved, at "
+                          "Door.fdepl:3:9",
+                          "Door.fdepl:5:9: error: Door.angle (getter) has the id 0x0001 of Door.open, at "
+                          "Door.fdepl:4:9",
+                          "Door.fdepl:6:9: error: Door.angle (setter) has the id 0x0001 of Door.open, at "
+                          "Door.fdepl:4:9",
+                          "Door.fdepl:7:9: error: Door.angle (notifier) has the id 0x8001 of Door.moved, "
+                          "at Door.fdepl:3:9"));
+  // They stay right in a larger model.
+  Model other{.files = {"a", "b"}};
+  append(other, model);
+  EXPECT_EQ(other.services[0].id_place.file, 3U);
+  EXPECT_EQ(other.services[0].events[0].id_place.file, 3U);
+  EXPECT_EQ(other.services[0].methods[0].id_place.file, 3U);
+  EXPECT_EQ(other.services[0].fields[0].getter_place.file, 3U);
+  EXPECT_EQ(other.services[0].fields[0].setter_place.file, 3U);
+  EXPECT_EQ(other.services[0].fields[0].notifier_place.file, 3U);
+}
+
+TEST(Join, TellsOfEachHeirThatHasAnIdOfItsBase) {
+  Model model{.files = {"D.fdepl"}};
+  const auto at = [](int line) { return Place{.mark = {line, 1}}; };
+  Service door{.name = "Door"};
+  door.fields = {{.name = "angle", .getter = someip::MethodId{1}, .getter_place = at(1)}};
+  for (const int line : {2, 3}) {
+    Service heir = door;
+    heir.name = fmt::format("Heir{}", line);
+    heir.base = "Door";
+    heir.methods = {{.name = "open", .id = someip::MethodId{1}, .id_place = at(line)}};
+    model.services.push_back(std::move(heir));
+  }
+  model.services.push_back(door);
+  const auto problems = join(model);
+  ASSERT_THAT(problems, SizeIs(2));
+  EXPECT_THAT(problems[0].text,
+              HasSubstr("Heir2.angle (getter) has the id 0x0001 of Heir2.open, at D.fdepl:2:1"));
+  EXPECT_THAT(problems[1].text,
+              HasSubstr("Heir3.angle (getter) has the id 0x0001 of Heir3.open, at D.fdepl:3:1"));
+}
+
+TEST(Join, TellsOfAThirdServiceWithTheIdAndVersionOfTheSecond) {
+  Model model = described();
+  for (const char* name : {"Second", "Third"}) {
+    model.services.push_back({.name = name, .scope = "car", .id = someip::ServiceId{0x1234}, .major = 2});
+  }
+  const auto problems = join(model);
+  ASSERT_THAT(problems, SizeIs(1));
+  EXPECT_THAT(problems[0].text, HasSubstr("service Third has the id 0x1234 of Second"));
+}
+
+/// [feat_req_someipids_505] [feat_req_someipids_555] [feat_req_someipids_636]
+TEST(Join, TellsOfIdsThatAreReserved) {
+  Model model{.files = {"a.fdepl"}};
+  const auto at = [](int line) { return Place{.mark = {line, 1}}; };
+  Service door{.name = "Door", .id = someip::ServiceId{0xffff}, .id_place = at(1)};
+  door.eventgroups = {{.id = someip::EventgroupId{0}, .place = at(2)},
+                      {.id = someip::EventgroupId{0xffff}, .place = at(3)}};
+  int line = 4;
+  using Ids = std::initializer_list<std::uint16_t>;
+  for (const std::uint16_t id : Ids{0x7fff, 0x0001, 0x7ffe, 0x8001, 0xffff, 0x9000}) {
+    door.methods.push_back({.name = "m", .id = someip::MethodId{id}, .id_place = at(line++)});
+  }
+  for (const std::uint16_t id : Ids{0x8000, 0x8001, 0xfffe, 0x0005}) {
+    door.events.push_back({.name = "e", .id = someip::MethodId{id}, .id_place = at(line++)});
+  }
+  model.services = {door,
+                    {.name = "Zero", .id = someip::ServiceId{0}, .id_place = at(20)},
+                    {.name = "Other", .id = someip::ServiceId{0xfffe}, .id_place = at(21)}};
+  std::vector<std::string> told;
+  for (const documents::Problem& problem : join(model)) {
+    told.push_back(to_string(problem));
+  }
+  EXPECT_THAT(
+      told,
+      ElementsAre(
+          "a.fdepl:1:1: error: service Door has the id 0xffff, which is that of service discovery and magic "
+          "cookies: give it another one",
+          "a.fdepl:2:1: error: service Door has the eventgroup 0x0000, which is reserved: give it another id",
+          "a.fdepl:3:1: error: service Door has the eventgroup 0xffff, which is that of all eventgroups: "
+          "give "
+          "it another id",
+          "a.fdepl:4:1: warning: Door.m has the id 0x7fff, which is reserved: other stacks may refuse it",
+          "a.fdepl:7:1: warning: Door.m has the id 0x8001, and 1 more like it: methods have no bit 15, from "
+          "0x0001 to 0x7ffe",
+          "a.fdepl:8:1: warning: Door.m has the id 0xffff, which is reserved: other stacks may refuse it",
+          "a.fdepl:10:1: warning: Door.e has the id 0x8000, which is reserved: other stacks may refuse it",
+          "a.fdepl:13:1: warning: Door.e has the id 0x0005: events have bit 15, from 0x8001 on",
+          "a.fdepl:20:1: error: service Zero has the id 0x0000, which is reserved: give it another one",
+          "a.fdepl:21:1: warning: service Other has the id 0xfffe, by which service discovery announces "
+          "services of other protocols"));
+  // Told once, also where a model is joined again.
+  std::vector<documents::Problem> again = join(model);
+  const std::size_t before = again.size();
+  model.services.push_back({.name = "Late", .id = someip::ServiceId{0xfffe}, .major = 2, .id_place = at(22)});
+  join_again(model, again);
+  EXPECT_EQ(again.size(), before + 1);
+}
+
 TEST(Join, LetsAnInterfaceAndItsHeirHaveOneId) {
   Model model = described();
   model.services.push_back(
@@ -637,7 +764,11 @@ TEST(Join, LetsAMethodAndAnEventHaveOneId) {
   Model model = described();
   model.services.front().methods = {{.name = "open", .id = someip::MethodId{0x8002}},
                                     {.name = "shut", .id = someip::MethodId{0x8001}}};
-  EXPECT_THAT(join(model), IsEmpty());
+  const auto problems = join(model);
+  ASSERT_THAT(problems, SizeIs(1));
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_EQ(problems[0].text,
+            "Door.open has the id 0x8002, and 1 more like it: methods have no bit 15, from 0x0001 to 0x7ffe");
 }
 
 TEST(Join, RefusesNamesThatSteerATerminal) {
@@ -663,7 +794,9 @@ TEST(Join, RefusesNamesThatSteerATerminal) {
                 }),
                 HasSubstr("in the name"));
     EXPECT_THAT(problem_of([&](Model& model) { model.instances[0].name = bad; }), HasSubstr("in the name"));
-    EXPECT_THAT(problem_of([&](Model& model) { model.services[0].eventgroups = {{.name = bad}}; }),
+    EXPECT_THAT(problem_of([&](Model& model) {
+                  model.services[0].eventgroups = {{.name = bad, .id = someip::EventgroupId{1}}};
+                }),
                 HasSubstr("in the name"));
   }
   EXPECT_EQ(problem_of([](Model& model) { model.services[0].events[0].name = "T\xc3\xbcr"; }), "0 problems");

@@ -606,7 +606,7 @@ class Generate(unittest.TestCase):
         (folder / "Seat.fdepl").write_text(re.sub(r"(SomeIpMethodID = )\w+", r"\g<1>0x7001", text, count=1))
         status, _, errors = run("generate", folder, "--to", "json")
         self.assertEqual(status, 2)
-        self.assertRegex(errors, r"seat.arxml:\d+:\d+: error: service .*Seat.fidl:\d+:\d+: name one of the two files")
+        self.assertRegex(errors, r"seat.arxml:\d+:\d+: error: service .*Seat.fdepl:\d+:\d+: name one of the two files")
 
     def test_diff_says_what_breaks(self):
         status, output, _ = run("diff", DOOR, self.door())

@@ -108,7 +108,6 @@ void Adaptive::read_service(const Node* interface, const Node* deployment, bool 
   }
   read_protections(parts);
   std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
-  check_ids(service);
   model_.services.push_back(std::move(service));
 }
 
@@ -269,12 +268,9 @@ Method Adaptive::read_method(const Node& operation) {
 
 // --- deployments ------------------------------------------------------------------------------------------
 
-std::optional<someip::MethodId> Adaptive::method_id(const Node* id) {
+std::optional<someip::MethodId> Adaptive::method_id(const Node* id, Place& place) {
   const auto value = number_in(id, 0, 0xffff, problems_);
-  if (value && *value >= 0x8000) {
-    problems_.warning(id->place(),
-                      "METHOD-ID " + hex(*value) + " is one of an event: below 0x8000 was expected");
-  }
+  place = id == nullptr ? Place{} : id->place();
   // Tools write 0 for what is not there [feat_req_someipids_636].
   if (value && *value == 0) {
     problems_.warning(id->place(),
@@ -284,8 +280,9 @@ std::optional<someip::MethodId> Adaptive::method_id(const Node* id) {
   return value.value_or(0) != 0 ? std::optional{static_cast<someip::MethodId>(*value)} : std::nullopt;
 }
 
-std::optional<someip::MethodId> Adaptive::event_id(const Node* id, std::size_t& changed) {
+std::optional<someip::MethodId> Adaptive::event_id(const Node* id, std::size_t& changed, Place& place) {
   auto value = number_in(id, 0, 0xffff, problems_);
+  place = id == nullptr ? Place{} : id->place();
   if (value && *value < 0x8000 && options_.set_event_bit) {
     *value |= 0x8000U;
     ++changed;
@@ -336,6 +333,7 @@ void Adaptive::read_deployment(const Node& deployment, Parts& parts, bool with_i
   Service& service = parts.service;
   if (const auto id = number_in(deployment.child("SERVICE-INTERFACE-ID"_tag), 0, 0xffff, problems_)) {
     service.id = static_cast<someip::ServiceId>(*id);
+    service.id_place = deployment.child("SERVICE-INTERFACE-ID"_tag)->place();
     if (*id == 0) {
       // Other tools' files have it where nobody has chosen one yet.
       problems_.warning(
@@ -343,9 +341,6 @@ void Adaptive::read_deployment(const Node& deployment, Parts& parts, bool with_i
           "SERVICE-INTERFACE-ID 0 is reserved: it counts as not given, and one is chosen where it is "
           "needed");
       service.id.reset();
-    } else if (!someip::names_a_service(*service.id)) {
-      problems_.error(deployment.child("SERVICE-INTERFACE-ID"_tag)->place(),
-                      "the id " + hex(*id) + " cannot be one of a service");
     }
   }
   if (const Node* const version = deployment.child("SERVICE-INTERFACE-VERSION"_tag); version != nullptr) {
@@ -409,13 +404,15 @@ void Adaptive::read_events(const Node& deployment, Parts& parts, bool with_inter
     }
     const Node* const id = node.child("EVENT-ID"_tag);
     const std::size_t before = changed;
-    if (const auto value = event_id(id, changed)) {
+    Place id_place;
+    if (const auto value = event_id(id, changed, id_place)) {
       if (event->id && *event->id != *value) {
         problems_.warning(id->place(), Tree::path(&node) + ": the event has the id " +
                                            hex(someip::value(*event->id)) +
                                            " as well, which was read before");
       } else {
         event->id = value;
+        event->id_place = id_place;
       }
     }
     first = first == nullptr && changed > before ? id : first;
@@ -429,7 +426,8 @@ void Adaptive::read_events(const Node& deployment, Parts& parts, bool with_inter
       return;
     }
     const std::size_t before = changed;
-    field->second->notifier = event_id(notifier->child("EVENT-ID"_tag), changed);
+    field->second->notifier =
+        event_id(notifier->child("EVENT-ID"_tag), changed, field->second->notifier_place);
     first = first == nullptr && changed > before ? notifier->child("EVENT-ID"_tag) : first;
   });
   if (changed > 0) {
@@ -462,7 +460,7 @@ void Adaptive::read_methods(const Node& deployment, Parts& parts, bool with_inte
         method->name = reference->text.substr(reference->text.rfind('/') + 1);
       }
     }
-    method->id = method_id(node.child("METHOD-ID"_tag));
+    method->id = method_id(node.child("METHOD-ID"_tag), method->id_place);
     read_transfer(node, "MAXIMUM-SEGMENT-LENGTH-REQUEST"_tag, "SEPARATION-TIME-REQUEST"_tag,
                   method->request_transfer);
     read_transfer(node, "MAXIMUM-SEGMENT-LENGTH-RESPONSE"_tag, "SEPARATION-TIME-RESPONSE"_tag,
@@ -510,13 +508,13 @@ void Adaptive::read_fields(const Node& deployment, Parts& parts, bool with_inter
     }
     parts.fields[&node] = field;
     if (getter != nullptr) {
-      field->getter = method_id(getter->child("METHOD-ID"_tag));
+      field->getter = method_id(getter->child("METHOD-ID"_tag), field->getter_place);
       read_transfer(*getter, "MAXIMUM-SEGMENT-LENGTH-RESPONSE"_tag, "SEPARATION-TIME-RESPONSE"_tag,
                     field->getter_transfer);
       parts.calls[getter] = &field->getter_e2e;
     }
     if (setter != nullptr) {
-      field->setter = method_id(setter->child("METHOD-ID"_tag));
+      field->setter = method_id(setter->child("METHOD-ID"_tag), field->setter_place);
       read_transfer(*setter, "MAXIMUM-SEGMENT-LENGTH-REQUEST"_tag, "SEPARATION-TIME-REQUEST"_tag,
                     field->setter_transfer);
       parts.calls[setter] = &field->setter_e2e;
@@ -560,30 +558,6 @@ void Adaptive::read_eventgroups(const Node& deployment, Parts& parts) {
     problems_.warning(list.place(), "EVENT-GROUP-DEPLOYMENTS is read as EVENT-GROUPS, which was expected");
     each_child(&list, "SOMEIP-EVENT-GROUP"_tag, read_group);
   });
-}
-
-void Adaptive::check_ids(const Service& service) {
-  std::map<someip::MethodId, std::string> seen;
-  const auto check = [&](std::optional<someip::MethodId> id, const std::string& name, Place place) {
-    if (id) {
-      const auto [there, is_new] = seen.emplace(*id, name);
-      if (!is_new) {
-        problems_.warning(place, service.name + ": " + name + " has the same id " + hex(someip::value(*id)) +
-                                     " as " + there->second);
-      }
-    }
-  };
-  for (const Method& method : service.methods) {
-    check(method.id, method.name, method.place);
-  }
-  for (const Event& event : service.events) {
-    check(event.id, event.name, event.place);
-  }
-  for (const Field& field : service.fields) {
-    check(field.getter, field.name + "'s getter", field.place);
-    check(field.setter, field.name + "'s setter", field.place);
-    check(field.notifier, field.name + "'s notifier", field.place);
-  }
 }
 
 }  // namespace trestle::describe::arxml

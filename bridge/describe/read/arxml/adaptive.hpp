@@ -44,11 +44,10 @@ class Adaptive {
   void find_protections();
   void read_protection(const Node* target, Protection& protection);
   void read_protections(const Parts& parts);
-  void check_ids(const Service& service);
   [[nodiscard]] Method read_method(const Node& operation);
   void read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer);
-  [[nodiscard]] std::optional<someip::MethodId> method_id(const Node* id);
-  [[nodiscard]] std::optional<someip::MethodId> event_id(const Node* id, std::size_t& changed);
+  [[nodiscard]] std::optional<someip::MethodId> method_id(const Node* id, Place& place);
+  [[nodiscard]] std::optional<someip::MethodId> event_id(const Node* id, std::size_t& changed, Place& place);
 
   void read_machines();
   void read_instance(const Node& node, Instance::Role role);

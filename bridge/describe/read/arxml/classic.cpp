@@ -112,10 +112,10 @@ void Classic::read_machines() {
 
 // --- instances --------------------------------------------------------------------------------------------
 
-Service& Classic::service(someip::ServiceId id, std::string_view name, Place place) {
+Service& Classic::service(someip::ServiceId id, std::string_view name, Place place, Place id_place) {
   const auto [there, is_new] = services_.emplace(id, model_.services.size());
   if (is_new) {
-    Service service{.name = {}, .id = id, .place = place};
+    Service service{.name = {}, .id = id, .place = place, .id_place = id_place};
     service.name = name.empty() ? "Service_" + hex(someip::value(id), 4) : std::string{name};
     if (plain_names_.contains(service.name)) {
       service.name += "_" + hex(someip::value(id), 4);
@@ -186,6 +186,11 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
     if (number != nullptr && number->text != "ANY" && number->text != "ALL" && number->text != "65535") {
       if (const auto value = number_in(number, 0, 0xffff, problems_)) {
         instance.id = static_cast<someip::InstanceId>(*value);
+        if (!someip::names_an_instance(*instance.id)) {
+          problems_.warning(number->place(),
+                            std::string{number->text} + " cannot be the id of an instance: it is left open");
+          instance.id.reset();
+        }
       }
     }
     const Node* config = node->child(provided ? "SD-SERVER-CONFIG"_tag : "SD-CLIENT-CONFIG"_tag);
@@ -248,8 +253,8 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
     if (const auto described = described_.find(service_number); described != described_.end()) {
       instance.service = described->second;
     } else {
-      Service& known =
-          service(service_number, offered == nullptr ? node->name : offered->name, node->place());
+      Service& known = service(service_number, offered == nullptr ? node->name : offered->name, node->place(),
+                               id->place());
       instance.service = known.name;
       if (provided && instance.major) {
         known.major = *instance.major;
@@ -259,7 +264,7 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
     }
     const auto add_eventgroup = [&](const Node& element, someip::EventgroupId group) {
       if (!described_.contains(service_number)) {
-        std::vector<Eventgroup>& groups = service(service_number, {}, {}).eventgroups;
+        std::vector<Eventgroup>& groups = service(service_number, {}, {}, {}).eventgroups;
         if (std::ranges::find(groups, group, &Eventgroup::id) == groups.end()) {
           groups.push_back({.name = std::string{element.name}, .id = group, .place = element.place()});
         }
@@ -671,7 +676,8 @@ void Classic::make_message(const Message& message) {
             "SOME/IP messages, and are left out");
     return;
   }
-  Service& here = service(service_id, {}, message.identifier->place());
+  const Place id_place = message.identifier->child("HEADER-ID"_tag)->place();
+  Service& here = service(service_id, {}, message.identifier->place(), id_place);
   const std::string_view type =
       properties == nullptr ? std::string_view{} : properties->child_text("MESSAGE-TYPE"_tag);
   if (properties != nullptr && !here.has_version) {
@@ -732,6 +738,7 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   }
   event_names_.emplace(service_id, event.name);
   event.place = message.identifier->place();
+  event.id_place = message.identifier->child("HEADER-ID"_tag)->place();
   event.eventgroups = message.groups;
   add_transfer(message, event.transfer);
   event.cycle = cycle_of(message);
@@ -800,6 +807,7 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
   Method* const method = &here.methods[known->second];
   if (is_new) {
     method->place = message.identifier->place();
+    method->id_place = message.identifier->child("HEADER-ID"_tag)->place();
     if (operation == nullptr && trigger != nullptr) {
       method->notes = notes_beside(*trigger);
     } else if (operation == nullptr) {

@@ -65,7 +65,7 @@ class Classic {
   [[nodiscard]] Socket socket(const Node* endpoint);
   [[nodiscard]] const Node* pdu_of(const Node* triggering) const;
   [[nodiscard]] std::optional<someip::EventgroupId> eventgroup_id(const Node& handler);
-  [[nodiscard]] Service& service(someip::ServiceId id, std::string_view name, Place place);
+  [[nodiscard]] Service& service(someip::ServiceId id, std::string_view name, Place place, Place id_place);
   void merge(Instance instance);
 
   const Tree& tree_;

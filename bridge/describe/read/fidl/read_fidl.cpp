@@ -60,6 +60,7 @@ Reading read_fidl(std::span<const SourceText> files, const Load& load, const Fid
     reading.problems = findings.take(sources.names);
     return reading;
   }
+  reading.model.files = sources.names;
   fidl::Names names{sources, findings};
   reading.model.files = sources.names;
   fidl::Types types{reading.model, names, findings};

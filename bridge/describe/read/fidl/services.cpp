@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "bridge/describe/contradictions.hpp"
+#include "bridge/describe/id_faults.hpp"
+#include "bridge/describe/join.hpp"
 #include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/read/fidl/keys.hpp"
 #include "bridge/documents/format.hpp"
@@ -26,7 +29,7 @@ class Maker {
 
   void service(const Collection& collection);
   void instance(const Node& node);
-  void check();
+  void check_heirs();
 
  private:
   struct Deployment {
@@ -49,15 +52,21 @@ class Maker {
   void tell_apart(std::vector<Member>& members, const Same& same, const char* what);
   void check_names(const Service& service);
   void check_targets(const Collection& collection);
-  void check_ids(const Service& service);
   void refuse_polymorphic(const Payload& payload, Place place, const std::string& name);
 
+  /// @param place  set to where it stands.
   template <typename Id>
-  std::optional<Id> id(const Node* node, const char* key) {
+  std::optional<Id> id(const Node* node, const char* key, Place& place) {
     const Setting* setting = node == nullptr ? nullptr : node->setting(key);
     const auto number = setting == nullptr ? std::nullopt : number_of(*setting, 0, most_id, findings_);
-    return number ? std::optional{Id{static_cast<std::uint16_t>(*number)}} : std::nullopt;
+    if (!number) {
+      return std::nullopt;
+    }
+    place = setting->values.front().place;
+    return Id{static_cast<std::uint16_t>(*number)};
   }
+  std::optional<someip::MethodId> member_id(const Node* node, const char* key, const std::string& name,
+                                            Place& place);
   std::vector<someip::EventgroupId> eventgroups(const Node* node, std::initializer_list<const char*> keys);
   [[nodiscard]] bool is_true(const Node* node, const char* key) {
     const Setting* setting = node == nullptr ? nullptr : node->setting(key);
@@ -85,6 +94,8 @@ class Maker {
   Types& types_;
   Problems& findings_;
   std::map<std::string, std::optional<someip::ServiceId>, std::less<>> ids_;  ///< of services by name
+  std::map<someip::EventgroupId, Place> groups_;  ///< of the service that is being made
+  IdFaults id_faults_{model_, findings_};
 };
 
 std::vector<someip::EventgroupId> Maker::eventgroups(const Node* node,
@@ -98,6 +109,8 @@ std::vector<someip::EventgroupId> Maker::eventgroups(const Node* node,
         if (std::ranges::find(groups, group) == groups.end()) {
           groups.push_back(group);
         }
+        const auto at = std::ranges::find(setting->values, number, &SettingValue::number);
+        groups_.try_emplace(group, at->place);
       }
       break;
     }
@@ -114,6 +127,19 @@ Maker::Reliable Maker::reliable(const Node* node, std::initializer_list<const ch
     }
   }
   return found;
+}
+
+/// 0 is reserved; other tools' files have it where nobody has chosen one yet.
+std::optional<someip::MethodId> Maker::member_id(const Node* node, const char* key, const std::string& name,
+                                                 Place& place) {
+  const auto found = id<someip::MethodId>(node, key, place);
+  if (found != someip::MethodId{}) {
+    return found;
+  }
+  findings_.warning(
+      std::exchange(place, {}),
+      fmt::format("the {} of {} is 0, which is reserved; it is taken for none", key, documents::quote(name)));
+  return std::nullopt;
 }
 
 /// @param retention_ms  of version 2 when nothing is said; there is none in version 1, and without a
@@ -156,7 +182,8 @@ void Maker::service(const Collection& collection) {
   service.scope = collection.scope.source->tree.package;
   service.place = tree.name.place;
   service.notes = tree.notes;
-  service.id = id<someip::ServiceId>(collection.node, "SomeIpServiceID");
+  groups_.clear();
+  service.id = id<someip::ServiceId>(collection.node, "SomeIpServiceID", service.id_place);
   if (service.id == someip::ServiceId{}) {
     // Reserved by the specification; other tools' files have it where nobody has chosen one yet.
     findings_.warning(collection.node->setting("SomeIpServiceID")->key.place,
@@ -164,6 +191,7 @@ void Maker::service(const Collection& collection) {
                                   "for none",
                                   documents::quote(service.name)));
     service.id.reset();
+    service.id_place = {};
   }
   service.has_version = tree.has_version;
   if (!tree.has_version) {
@@ -209,22 +237,13 @@ void Maker::service(const Collection& collection) {
   tell_apart(
       service.events, [&](const Event& one, const Event& other) { return same(one.payload, other.payload); },
       "broadcast");
-  std::set<someip::EventgroupId> groups;
-  for (const someip::EventgroupId group : eventgroups(collection.node, {"SomeIpEventGroups"})) {
-    groups.insert(group);
-  }
-  for (const Event& event : service.events) {
-    groups.insert(event.eventgroups.begin(), event.eventgroups.end());
-  }
-  for (const Field& field : service.fields) {
-    groups.insert(field.eventgroups.begin(), field.eventgroups.end());
-  }
-  for (const someip::EventgroupId group : groups) {
-    service.eventgroups.push_back({.id = group, .place = service.place});
+  std::ignore = eventgroups(collection.node, {"SomeIpEventGroups"});
+  for (const auto& [group, place] : groups_) {
+    service.eventgroups.push_back({.id = group, .place = place});
   }
   check_names(service);
   check_targets(collection);
-  check_ids(service);
+  id_faults_.tell_same(service);
   ids_[collection.scope.model] = service.id;
   model_.services.push_back(std::move(service));
 }
@@ -330,16 +349,16 @@ Field Maker::field(const AttributeTree& tree, const Collection& from, Deployment
   field.has_setter = !tree.readonly;
   field.has_notifier = !tree.no_subscriptions;
   // An id of 0 means that there is none.
-  const auto part = [&](const char* key, bool& there) -> std::optional<someip::MethodId> {
-    auto found = id<someip::MethodId>(node, key);
+  const auto part = [&](const char* key, bool& there, Place& place) -> std::optional<someip::MethodId> {
+    auto found = id<someip::MethodId>(node, key, place);
     if (found == someip::MethodId{}) {
       there = false;
     }
     return there ? found : std::nullopt;
   };
-  field.getter = part("SomeIpGetterID", field.has_getter);
-  field.setter = part("SomeIpSetterID", field.has_setter);
-  field.notifier = part("SomeIpNotifierID", field.has_notifier);
+  field.getter = part("SomeIpGetterID", field.has_getter, field.getter_place);
+  field.setter = part("SomeIpSetterID", field.has_setter, field.setter_place);
+  field.notifier = part("SomeIpNotifierID", field.has_notifier, field.notifier_place);
   field.eventgroups = eventgroups(node, {"SomeIpNotifierEventGroups", "SomeIpEventGroups"});
   const auto reliable_part = [&](const char* key) {
     return reliable(node, {"SomeIpAttributeReliable", key});
@@ -363,11 +382,6 @@ Field Maker::field(const AttributeTree& tree, const Collection& from, Deployment
     field.notes.others["AttributeGetterTimeout"] = written(*timeout);
     field.notes.others["AttributeSetterTimeout"] = written(*timeout);
   }
-  if (field.notifier && field.eventgroups.empty()) {
-    findings_.warning(node->place,
-                      fmt::format("the notifier of {} is in no eventgroup, so nobody can subscribe to it",
-                                  documents::quote(field.name)));
-  }
   refuse_polymorphic(field.payload, field.place, field.name);
   return field;
 }
@@ -380,7 +394,7 @@ Method Maker::method(const MethodTree& tree, const Collection& from, Deployment 
   method.notes = tree.notes;
   method.place = tree.name.place;
   method.fire_and_forget = tree.fire_and_forget;
-  method.id = id<someip::MethodId>(node, "SomeIpMethodID");
+  method.id = member_id(node, "SomeIpMethodID", method.name, method.id_place);
   payload(method.request, tree.in, from, node == nullptr ? nullptr : node->child("in", ""),
           deployment.version);
   payload(method.response, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
@@ -451,7 +465,7 @@ Event Maker::event(const BroadcastTree& tree, const Collection& from, Deployment
   event.selective = tree.selective;
   event.notes = tree.notes;
   event.place = tree.name.place;
-  event.id = id<someip::MethodId>(node, "SomeIpEventID");
+  event.id = member_id(node, "SomeIpEventID", event.name, event.id_place);
   payload(event.payload, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
           deployment.version);
   rules(event.payload, node, "Broadcast");
@@ -460,11 +474,6 @@ Event Maker::event(const BroadcastTree& tree, const Collection& from, Deployment
                             "SomeIpBroadcastSeparationTime", "SomeIpBroadcastDebounceTime",
                             "SomeIpBroadcastMaxRetentionTime", 5);
   keep(event.notes, node, {"BroadcastType", "ErrorName", "SomeIpPriority", "SomeIpMulticast"});
-  if (event.id && event.eventgroups.empty()) {
-    findings_.warning(node->place,
-                      fmt::format("the broadcast {} is in no eventgroup, so nobody can subscribe to it",
-                                  documents::quote(event.name)));
-  }
   refuse_polymorphic(event.payload, event.place, event.name);
   return event;
 }
@@ -477,7 +486,15 @@ void Maker::instance(const Node& node) {
     return;
   }
   instance.service = service->scope.model;
-  instance.id = id<someip::InstanceId>(&node, "SomeIpInstanceID");
+  Place id_place;
+  instance.id = id<someip::InstanceId>(&node, "SomeIpInstanceID", id_place);
+  if (instance.id && !someip::names_an_instance(*instance.id)) {
+    findings_.warning(id_place,
+                      fmt::format("the SomeIpInstanceID 0x{:04x} cannot be that of an instance: it is "
+                                  "left open",
+                                  someip::value(*instance.id)));
+    instance.id.reset();
+  }
   if (const auto known = ids_.find(instance.service); known != ids_.end()) {
     instance.service_id = known->second;
   }
@@ -686,55 +703,25 @@ void Maker::check_targets(const Collection& collection) {
   }
 }
 
-void Maker::check_ids(const Service& service) {
-  struct Use {
-    std::string name;
-    Place place;
-  };
-  std::map<someip::MethodId, Use> methods;
-  std::map<someip::MethodId, Use> events;
-  const auto once = [&](std::map<someip::MethodId, Use>& ids, std::optional<someip::MethodId> id, Use use) {
-    if (id) {
-      const auto [found, is_new] = ids.emplace(*id, use);
-      if (!is_new) {
-        findings_.error(use.place, fmt::format("{} has the id {} (0x{:04x}), as {} in line {} has", use.name,
-                                               static_cast<unsigned>(*id), static_cast<unsigned>(*id),
-                                               found->second.name, found->second.place.mark.line));
-      }
-    }
-  };
-  for (const Method& method : service.methods) {
-    once(methods, method.id, {fmt::format("the method {}", documents::quote(method.name)), method.place});
-  }
-  for (const Field& field : service.fields) {
-    once(methods, field.getter, {fmt::format("the getter of {}", documents::quote(field.name)), field.place});
-    once(methods, field.setter, {fmt::format("the setter of {}", documents::quote(field.name)), field.place});
-    once(events, field.notifier,
-         {fmt::format("the notifier of {}", documents::quote(field.name)), field.place});
-  }
-  for (const Event& event : service.events) {
-    once(events, event.id, {fmt::format("the broadcast {}", documents::quote(event.name)), event.place});
-  }
-  for (const auto& [id, use] : events) {
-    const auto method = methods.find(id);
-    if (method != methods.end()) {
-      findings_.warning(use.place, fmt::format("{} has the id 0x{:04x}, as {} has", use.name,
-                                               static_cast<unsigned>(id), method->second.name));
-    }
-  }
-}
-
-void Maker::check() {
-  std::map<std::pair<someip::ServiceId, std::uint8_t>, const Service*> services;
+/// Who offers an interface may do so under the id of one that it extends.
+void Maker::check_heirs() {
+  std::map<std::string, const Service*> by_name;
   for (const Service& service : model_.services) {
-    if (service.id) {
-      const auto [found, is_new] = services.emplace(std::pair{*service.id, service.major}, &service);
-      if (!is_new) {
-        findings_.warning(
-            service.place,
-            fmt::format("{} has the service id 0x{:04x}, as {} has", documents::quote(service.name),
-                        static_cast<unsigned>(*service.id), documents::quote(found->second->name)));
+    by_name.emplace(full_name(service.scope, service.name), &service);
+  }
+  for (const Service& service : model_.services) {
+    auto base = by_name.find(service.base);
+    for (std::size_t steps = 0; base != by_name.end() && steps < max_type_nesting; ++steps) {
+      const Service& other = *base->second;
+      if (service.id && service.id == other.id && service.major == other.major) {
+        findings_.warning(place_of_id(service.id_place, service.place),
+                          fmt::format("{} has the service id 0x{:04x} of {}, which it extends, at {}",
+                                      documents::quote(service.name), someip::value(*service.id),
+                                      documents::quote(other.name),
+                                      to_string(model_, place_of_id(other.id_place, other.place))));
+        break;
       }
+      base = by_name.find(other.base);
     }
   }
 }
@@ -751,7 +738,7 @@ void make_services(Model& model, Names& names, Types& types, Problems& findings)
   for (const Node* node : names.instances()) {
     maker.instance(*node);
   }
-  maker.check();
+  maker.check_heirs();
 }
 
 }  // namespace trestle::describe::fidl

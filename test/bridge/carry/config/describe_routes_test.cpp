@@ -64,6 +64,13 @@ fields:
   EXPECT_EQ(door.fields[0].notifier, someip::MethodId{0x8002});
   EXPECT_EQ(door.fields[0].getter, someip::MethodId{2});
   EXPECT_EQ(door.fields[0].setter, someip::MethodId{3});
+  EXPECT_EQ(door.id_place.mark.line, 4);
+  EXPECT_EQ(door.events[0].id_place.mark, (documents::Mark{5, 41}));
+  EXPECT_EQ(door.methods[0].id_place.mark.line, 11);
+  for (const describe::Place& place :
+       {door.fields[0].notifier_place, door.fields[0].getter_place, door.fields[0].setter_place}) {
+    EXPECT_EQ(place.mark.line, 14);
+  }
   const describe::Service& points = reading.model.services[1];
   EXPECT_EQ(points.name, "PointsService");
   EXPECT_TRUE(points.from_ros);

@@ -1,9 +1,11 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <chrono>
 #include <random>
 
+#include "bridge/describe/join.hpp"
 #include "test/bridge/describe/arxml/arxml_text.hpp"
 
 namespace trestle::describe {
@@ -138,6 +140,47 @@ TEST(ReadArxml, SetsBit15OfEventIdsAndSaysSo) {
   EXPECT_THAT(problems_of(as_it_is), IsEmpty());
   EXPECT_THAT(problems_of(read_texts({deployed_event("70000")})),
               HasSubstr("error: EVENT-ID is \"70000\", and a number from 0 to 65535 was expected"));
+}
+
+/// Not where the interface is.
+TEST(ReadArxml, KnowsWhereIdsStand) {
+  const std::string text = arxml(
+      service(
+          "<EVENTS>" + event("e", "/x/uint8") +
+          "</EVENTS><FIELDS><FIELD><SHORT-NAME>f</SHORT-NAME></FIELD>"
+          "</FIELDS><METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>m</SHORT-NAME></CLIENT-SERVER-OPERATION>"
+          "</METHODS>") +
+      "\n<SOMEIP-SERVICE-INTERFACE-DEPLOYMENT><SHORT-NAME>Dep</SHORT-NAME>"
+      "\n<SERVICE-INTERFACE-REF DEST=\"X\">/P/Door</SERVICE-INTERFACE-REF>"
+      "\n<SERVICE-INTERFACE-ID>65535</SERVICE-INTERFACE-ID><EVENT-DEPLOYMENTS><SOMEIP-EVENT-DEPLOYMENT>"
+      "<SHORT-NAME>e</SHORT-NAME><EVENT-REF DEST=\"X\">/P/Door/e</EVENT-REF>"
+      "\n<EVENT-ID>32769</EVENT-ID></SOMEIP-EVENT-DEPLOYMENT></EVENT-DEPLOYMENTS><FIELD-DEPLOYMENTS>"
+      "<SOMEIP-FIELD-DEPLOYMENT><SHORT-NAME>f</SHORT-NAME><FIELD-REF DEST=\"X\">/P/Door/f</FIELD-REF><GET>"
+      "\n<METHOD-ID>1</METHOD-ID></GET><SET>"
+      "\n<METHOD-ID>2</METHOD-ID></SET><NOTIFIER>"
+      "\n<EVENT-ID>32769</EVENT-ID></NOTIFIER></SOMEIP-FIELD-DEPLOYMENT></FIELD-DEPLOYMENTS>"
+      "<METHOD-DEPLOYMENTS><SOMEIP-METHOD-DEPLOYMENT><SHORT-NAME>m</SHORT-NAME><METHOD-REF "
+      "DEST=\"X\">/P/Door/m"
+      "</METHOD-REF>"
+      "\n<METHOD-ID>32771</METHOD-ID></SOMEIP-METHOD-DEPLOYMENT></METHOD-DEPLOYMENTS>"
+      "</SOMEIP-SERVICE-INTERFACE-DEPLOYMENT>");
+  Reading reading = read_texts({text});
+  ASSERT_TRUE(reading.ok()) << problems_of(reading);
+  const int first = reading.model.services.at(0).id_place.mark.line;
+  std::vector<std::string> told;
+  for (const documents::Problem& problem : join(reading.model)) {
+    told.push_back(fmt::format("{}: {}", problem.mark.line - first, problem.text));
+  }
+  EXPECT_THAT(told,
+              ElementsAre("0: service Door has the id 0xffff, which is that of service discovery and magic "
+                          "cookies: give it another one",
+                          fmt::format("4: Door.f (notifier) has the id 0x8001 of Door.e, at "
+                                      "0.arxml:{}:1",
+                                      first + 1),
+                          "5: Door.m has the id 0x8003: methods have no bit 15, from 0x0001 to 0x7ffe"));
+  const Field& field = reading.model.services.at(0).fields.at(0);
+  EXPECT_EQ(field.getter_place.mark.line, first + 2);
+  EXPECT_EQ(field.setter_place.mark.line, first + 3);
 }
 
 std::string types(std::string_view elements, std::string_view type, std::string_view rules = {}) {

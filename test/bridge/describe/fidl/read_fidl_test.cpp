@@ -72,6 +72,61 @@ TEST(ReadFidl, TakesAServiceIdOfNothingForNone) {
   EXPECT_FALSE(reading.model.services[0].id);
 }
 
+/// [feat_req_someipids_529] [feat_req_someipids_636]
+TEST(ReadFidl, TakesReservedIdsOfMembersAndInstancesForNone) {
+  const Reading reading = deployed("method m { } broadcast b { }",
+                                   "method m { SomeIpMethodID = 0 }\nbroadcast b { SomeIpEventID = 0 }", v2,
+                                   "define org.genivi.commonapi.someip.deployment for provider as P {\n"
+                                   "instance a.b.I { InstanceId = \"x\" SomeIpInstanceID = 0xffff }\n"
+                                   "instance a.b.I { InstanceId = \"y\" SomeIpInstanceID = 0 }\n}\n");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre("I.fdepl:5:29: warning: the SomeIpMethodID of 'm' is 0, which is reserved; it is "
+                  "taken for none",
+                  "I.fdepl:6:31: warning: the SomeIpEventID of 'b' is 0, which is reserved; it is taken "
+                  "for none",
+                  "I.fdepl:9:54: warning: the SomeIpInstanceID 0xffff cannot be that of an instance: it "
+                  "is left open",
+                  "I.fdepl:10:54: warning: the SomeIpInstanceID 0x0000 cannot be that of an instance: it "
+                  "is left open"));
+  EXPECT_FALSE(reading.model.services[0].methods[0].id);
+  EXPECT_FALSE(reading.model.services[0].events[0].id);
+  ASSERT_THAT(reading.model.instances, SizeIs(2));
+  EXPECT_FALSE(reading.model.instances[0].id);
+}
+
+/// An id stands in a FDEPL file, which may be one of several.
+TEST(ReadFidl, NamesTheFileOfAnIdThatIsThereTwice) {
+  const std::string fidl =
+      "package a interface A { version { major 1 minor 0 } method a { } broadcast e { } }\n"
+      "interface B extends A { version { major 1 minor 0 } method b { } attribute UInt8 f }";
+  const auto fdepl = [](const std::string& interface) {
+    return v2 + std::string{"import \"I.fidl\"\n"} + spec + "interface a." + interface + "}";
+  };
+  const Files files{{"I.fidl", fidl},
+                    {"A.fdepl", fdepl("A { SomeIpServiceID = 1\nmethod a {\nSomeIpMethodID = 7 }\n"
+                                      "broadcast e { SomeIpEventID = 0x8001 SomeIpEventGroups = { 0 } } ")},
+                    {"B.fdepl", fdepl("B { SomeIpServiceID = 2\n\nmethod b {\n\nSomeIpMethodID = 7 }\n"
+                                      "attribute f { SomeIpGetterID = 8 SomeIpSetterID = 9\n"
+                                      "SomeIpNotifierID = 0x8001 SomeIpNotifierEventGroups = { 1 } } ")}};
+  const Reading reading = read(files, {"A.fdepl", "B.fdepl"});
+  EXPECT_THAT(told(reading),
+              ElementsAre("B.fdepl:7:18: error: B.b has the id 0x0007 of B.a, at A.fdepl:5:18",
+                          "B.fdepl:9:20: error: B.f (notifier) has the id 0x8001 of B.e, at A.fdepl:6:31"));
+  // Nor do two files say two things of one element.
+  EXPECT_THAT(told(read({{"I.fidl", fidl},
+                         {"A.fdepl", fdepl("A { SomeIpServiceID = 1\n")},
+                         {"B.fdepl", fdepl("A {\nSomeIpServiceID = 2 ")}},
+                        {"A.fdepl", "B.fdepl"})),
+              ElementsAre(HasSubstr("SomeIpServiceID = 2 contradicts SomeIpServiceID = 1 at A.fdepl:3:67")));
+  const Service& service = reading.model.services.at(1);
+  EXPECT_EQ(service.id_place.mark, (documents::Mark{3, 85}));
+  EXPECT_EQ(service.fields[0].getter_place.mark, (documents::Mark{8, 32}));
+  EXPECT_EQ(service.fields[0].setter_place.mark, (documents::Mark{8, 51}));
+  EXPECT_EQ(service.eventgroups[0].place.mark, (documents::Mark{6, 60})) << "of the base";
+}
+
 TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
   const Reading reading =
       deployed("attribute M m\nmap M { UInt8 to UInt8 }", "map M { SomeIpMapLengthWidth = 1 }");
@@ -579,7 +634,7 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
                   "I.fdepl:5:1: error: SomeIpServiceID = 5 contradicts SomeIpServiceID = 4660 in line 4")));
   EXPECT_THAT(problems("method a { } method b { }",
                        "method a { SomeIpMethodID = 7 } method b { SomeIpMethodID = 7 }"),
-              ElementsAre(HasSubstr("the method 'b' has the id 7 (0x0007), as the method 'a'")));
+              ElementsAre("I.fdepl:5:61: error: I.b has the id 0x0007 of I.a, at I.fdepl:5:29"));
   EXPECT_THAT(problems("method a { }", "method a { SomeIpMethodID = 0x12345 }"),
               ElementsAre(HasSubstr("expected a whole number from 0 to 65535")));
   EXPECT_THAT(problems("method a { }", "method a { SomeIpMethodID = true }"),

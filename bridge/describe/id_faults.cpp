@@ -1,0 +1,121 @@
+#include "bridge/describe/id_faults.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <optional>
+
+#include "bridge/describe/join.hpp"
+
+namespace trestle::describe {
+
+IdFaults::Uses IdFaults::called(const Service& service) {
+  Uses uses;
+  const auto add = [&](const std::optional<someip::MethodId>& id, std::string member, const Place& place) {
+    if (id) {
+      uses.push_back({std::move(member), *id, &place});
+    }
+  };
+  for (const Method& method : service.methods) {
+    add(method.id, method.name, place_of_id(method.id_place, method.place));
+  }
+  for (const Field& field : service.fields) {
+    if (field.has_getter) {
+      add(field.getter, field.name + " (getter)", place_of_id(field.getter_place, field.place));
+    }
+    if (field.has_setter) {
+      add(field.setter, field.name + " (setter)", place_of_id(field.setter_place, field.place));
+    }
+  }
+  return uses;
+}
+
+IdFaults::Uses IdFaults::sent(const Service& service) {
+  Uses uses;
+  for (const Event& event : service.events) {
+    if (event.id) {
+      uses.push_back({event.name, *event.id, &place_of_id(event.id_place, event.place)});
+    }
+  }
+  for (const Field& field : service.fields) {
+    if (field.has_notifier && field.notifier) {
+      uses.push_back(
+          {field.name + " (notifier)", *field.notifier, &place_of_id(field.notifier_place, field.place)});
+    }
+  }
+  return uses;
+}
+
+void IdFaults::tell_same(const Service& service) {
+  tell_same(service, called(service));
+  tell_same(service, sent(service));
+}
+
+void IdFaults::tell_same(const Service& service, const Uses& uses) {
+  std::map<someip::MethodId, const Use*> first;
+  for (const Use& use : uses) {
+    const auto [other, is_new] = first.try_emplace(use.id, &use);
+    if (!is_new && (use.place->mark.line == 0 ||
+                    told_.insert({spot_of(*use.place), spot_of(*other->second->place)}).second)) {
+      problems_.error(*use.place,
+                      fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, use.member,
+                                  someip::value(use.id), service.name, other->second->member,
+                                  to_string(model_, *other->second->place)));
+    }
+  }
+}
+
+void IdFaults::tell_reserved(const Service& service) {
+  if (service.id) {
+    const Place& place = place_of_id(service.id_place, service.place);
+    if (!someip::names_a_service(*service.id)) {
+      problems_.error(place, fmt::format("service {} has the id 0x{:04x}, which is {}: give it another one",
+                                         service.name, someip::value(*service.id),
+                                         *service.id == someip::ServiceId{0}
+                                             ? "reserved"
+                                             : "that of service discovery and magic cookies"));
+    } else if (*service.id == someip::ServiceId{0xfffe}) {
+      problems_.warning(place,
+                        fmt::format("service {} has the id 0xfffe, by which service discovery announces "
+                                    "services of other protocols",
+                                    service.name));
+    }
+  }
+  for (const Eventgroup& group : service.eventgroups) {
+    if (!someip::names_an_eventgroup(group.id)) {
+      problems_.error(
+          place_of_id(group.place, service.place),
+          fmt::format("service {} has the eventgroup 0x{:04x}, which is {}: give it another id", service.name,
+                      someip::value(group.id),
+                      group.id == someip::EventgroupId{0} ? "reserved" : "that of all eventgroups"));
+    }
+  }
+  tell_reserved(service, called(service), false);
+  tell_reserved(service, sent(service), true);
+}
+
+void IdFaults::tell_reserved(const Service& service, const Uses& uses, bool are_events) {
+  const Use* misplaced = nullptr;
+  std::size_t others = 0;
+  for (const Use& use : uses) {
+    const std::uint16_t id = someip::value(use.id);
+    if ((id & 0x7fffU) == 0 || (id & 0x7fffU) == 0x7fff) {
+      problems_.warning(
+          *use.place, fmt::format("{}.{} has the id 0x{:04x}, which is reserved: other stacks may refuse it",
+                                  service.name, use.member, id));
+    } else if ((id >= 0x8000) != are_events) {
+      others += misplaced == nullptr ? 0 : 1;
+      misplaced = misplaced == nullptr ? &use : misplaced;
+    }
+  }
+  if (misplaced != nullptr) {  // said once: whoever does so does it everywhere
+    problems_.warning(*misplaced->place,
+                      fmt::format("{}.{} has the id 0x{:04x}{}: {}", service.name, misplaced->member,
+                                  someip::value(misplaced->id),
+                                  others == 0 ? "" : fmt::format(", and {} more like it", others),
+                                  are_events ? "events have bit 15, from 0x8001 on"
+                                             : "methods have no bit 15, from 0x0001 to 0x7ffe"));
+  }
+}
+
+}  // namespace trestle::describe
