@@ -17,6 +17,7 @@
 #include "bridge/describe/id_faults.hpp"
 #include "bridge/describe/join_instances.hpp"
 #include "bridge/describe/join_members.hpp"
+#include "bridge/describe/wide_enumerators.hpp"
 #include "bridge/documents/problems.hpp"
 
 namespace trestle::describe {
@@ -47,7 +48,9 @@ class Joining {
     instances();
     ids();
     depth();
-    inheritance();
+    if (inheritance()) {
+      tell([&](documents::Problems& problems) { tell_of_wide_enumerators(model_, problems); });
+    }
     return std::move(problems_);
   }
 
@@ -517,12 +520,19 @@ class Joining {
   }
 
   void ids() {
+    tell([&](documents::Problems& problems) {
+      IdFaults faults{model_, problems};
+      for (const Service& service : model_.services) {
+        faults.tell_same(service);
+        faults.tell_reserved(service);
+      }
+    });
+  }
+
+  template <typename Check>
+  void tell(const Check& check) {
     documents::Problems problems{documents::Problems::no_limit};
-    IdFaults faults{model_, problems};
-    for (const Service& service : model_.services) {
-      faults.tell_same(service);
-      faults.tell_reserved(service);
-    }
+    check(problems);
     for (documents::Problem& problem : problems.take(model_.files)) {
       problems_.push_back(std::move(problem));
     }
@@ -574,7 +584,8 @@ class Joining {
   }
 
   /// Each type that extends others has their members, too: what works on all of them takes all of these.
-  void inheritance() {
+  /// @return whether they can.
+  bool inheritance() {
     std::size_t all = 0;
     for (const Type& type : model_.types) {
       const Type* part = &type;
@@ -585,9 +596,10 @@ class Joining {
       if (all > max_inherited_members) {
         error(type.place,
               fmt::format("types have inherited more than {} members up to here", max_inherited_members));
-        return;
+        return false;
       }
     }
+    return true;
   }
 
   void error(const Place& place, std::string text) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
@@ -800,6 +801,62 @@ TEST(Join, RefusesNamesThatSteerATerminal) {
                 HasSubstr("in the name"));
   }
   EXPECT_EQ(problem_of([](Model& model) { model.services[0].events[0].name = "T\xc3\xbcr"; }), "0 problems");
+}
+
+TEST(Join, RefusesEnumeratorsThatTheWireHasNoRoomFor) {
+  using messages::Primitive;
+  const auto at = [](int line) { return Place{.mark = {line, 1}}; };
+  Model model{.files = {"E.fidl"}};
+  const auto add = [&](std::string name, Primitive primitive, std::vector<std::int64_t> values, int line) {
+    Type type{.kind = Kind::enumeration, .name = std::move(name), .primitive = primitive, .place = at(line)};
+    for (const std::int64_t value : values) {
+      type.enumerators.push_back({.name = fmt::format("V{}", value), .value = value, .place = at(++line)});
+    }
+    return model.add(std::move(type));
+  };
+  const TypeIndex small = add("Small", Primitive::uint8, {0, 255, 256, -1}, 10);
+  add("Signed", Primitive::int8, {127, -128, 128, -129}, 20);
+  add("Wide", Primitive::uint64, {-1, std::numeric_limits<std::int64_t>::min()}, 30);
+  const TypeIndex word = add("Word", Primitive::uint16, {9}, 40);
+  const TypeIndex heir = add("Heir", Primitive::uint8, {}, 50);
+  model.at(heir).base = word;
+  model.at(heir).wire.bits = 3;
+  // Where a use has fewer bits: a field, and a member of a structure.
+  Value four{.name = "four", .type = word, .place = at(61)};
+  four.wire.bits = 4;
+  Value three = four;
+  three.wire.bits = 3;
+  three.place = at(62);
+  model.add({.kind = Kind::structure, .name = "S", .members = {four, three}});
+  three.place = {};
+  model.services = {{.name = "Door"}};
+  model.services[0].fields = {{.name = "f", .payload = {.values = {three}}, .place = at(63)}};
+  model.services[0].events = {{.name = "e", .payload = {.values = {{.type = small}}}}};
+  std::vector<std::string> told;
+  for (const documents::Problem& problem : join(model)) {
+    told.push_back(to_string(problem));
+  }
+  const std::string change = ": make it wider, or the value another one";
+  EXPECT_THAT(
+      told, ElementsAre(
+                "E.fidl:13:1: error: the enumerator V256 = 256 does not fit into the 8 bits, from 0 to 255, "
+                "that Small has on the wire" +
+                    change,
+                "E.fidl:14:1: error: the enumerator V-1 = -1 does not fit into the 8 bits, from 0 to 255, "
+                "that Small has on the wire" +
+                    change,
+                "E.fidl:23:1: error: the enumerator V128 = 128 does not fit into the 8 bits, from -128 to "
+                "127, that Signed has on the wire" +
+                    change,
+                "E.fidl:24:1: error: the enumerator V-129 = -129 does not fit into the 8 bits, from -128 to "
+                "127, that Signed has on the wire" +
+                    change,
+                "E.fidl:50:1: error: the enumerator V9 = 9 of Word, which Heir extends, does not fit into "
+                "the 3 bits, from 0 to 7, that this one has on the wire: make it wider",
+                "E.fidl:62:1: error: the enumerator V9 = 9 of Word does not fit into the 3 bits, from 0 to "
+                "7, that it has here",
+                "E.fidl:63:1: error: the enumerator V9 = 9 of Word does not fit into the 3 bits, from 0 to "
+                "7, that it has here"));
 }
 
 TEST(Join, RefusesTypesThatAreNestedTooDeep) {

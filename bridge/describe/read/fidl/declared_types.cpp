@@ -270,16 +270,6 @@ void Types::build_enumeration(Type& type, Declared& declared, const Layers& laye
   if (const Setting* kept = declared.node == nullptr ? nullptr : declared.node->setting("ErrorType")) {
     type.notes.others["ErrorType"] = written(*kept);
   }
-  const std::int64_t bits = type.wire.bits == 0 ? bytes * 8 : type.wire.bits;
-  const bool is_wide = bits >= 64;
-  const std::int64_t highest = is_wide ? most : (std::int64_t{1} << (needs_sign ? bits - 1 : bits)) - 1;
-  for (const Enumerator& enumerator : type.enumerators) {
-    if (!is_wide &&
-        (enumerator.value > highest || (enumerator.value < 0 && enumerator.value < -highest - 1))) {
-      findings_.warning(enumerator.place, fmt::format("the enumerator {} = {} does not fit into {} bits",
-                                                      enumerator.name, enumerator.value, bits));
-    }
-  }
   if (type.wire.bits >= bytes * 8) {
     type.wire.bits = 0;
   }
