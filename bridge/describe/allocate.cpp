@@ -91,12 +91,12 @@ class Allocation {
       Service& service = *one;
       const std::string name = full_name(service.scope, service.name);
       LockedIds& locked = lock_.services[name];
+      eventgroups(service);
       for (const Channel& channel : {Channel{methods_of, &LockedIds::methods, {0x0001, 0x7ffe}, "method"},
                                      Channel{events_of, &LockedIds::events, {0x8001, 0xfffe}, "event"}}) {
         inherit(service, locked, channel);
         members(service, locked, channel);
       }
-      eventgroups(service);
       instance(service);
       locked.base = service.base;
       if (!locked.service && locked.methods.empty() && locked.events.empty()) {
@@ -350,36 +350,72 @@ class Allocation {
     return names;
   }
 
-  /// Events without an eventgroup join the lowest one that there is. Of what a capture alone knows, it stays
-  /// open: a guess would look like something that was seen.
+  /// Events without an eventgroup join those of what they are inherited from, else the lowest one that there
+  /// is. Of what a capture alone knows, it stays open: a guess would look like something that was seen.
   void eventgroups(Service& service) {
     const auto lowest = std::ranges::min_element(service.eventgroups, {}, &Eventgroup::id);
-    const someip::EventgroupId id =
-        lowest == service.eventgroups.end() ? someip::EventgroupId{1} : lowest->id;
-    bool used = false;
-    const auto join = [&](auto& element) {
+    const bool has_some = lowest != service.eventgroups.end();
+    const someip::EventgroupId id = has_some ? lowest->id : someip::EventgroupId{1};
+    std::map<std::string, const std::vector<someip::EventgroupId>*> of_base;
+    std::map<someip::EventgroupId, Eventgroup> known;
+    if (const Service* const base = base_of(service)) {
+      for (const Eventgroup& group : base->eventgroups) {
+        known.emplace(group.id, group);
+      }
+      for (const Event& event : base->events) {
+        of_base.emplace(member_key(event.name, event.selector), &event.eventgroups);
+      }
+      for (const Field& field : base->fields) {
+        of_base.emplace(field.name + "/notifier", &field.eventgroups);
+      }
+    }
+    std::vector<someip::EventgroupId> used;
+    std::string first;
+    Place place;
+    std::size_t count = 0;
+    const auto join = [&](auto& element, const std::string& key, const Place& of_id, bool has_id) {
       if (!element.eventgroups.empty() || (element.observed_bytes && !element.payload.known)) {
         return;
       }
+      if (const auto inherited = of_base.find(key);
+          inherited != of_base.end() && !inherited->second->empty()) {
+        element.eventgroups = *inherited->second;
+        used.insert(used.end(), element.eventgroups.begin(), element.eventgroups.end());
+        return;
+      }
       element.eventgroups = {id};
-      used = true;
+      used.push_back(id);
       if (element.observed_bytes) {
         warning(element.place,
                 fmt::format("{}.{}: the capture does not tell its eventgroup; 0x{:04x} is taken",
                             service.name, element.name, someip::value(id)));
+      } else if (has_some || has_id) {  // somebody has chosen ids, and has left this out
+        if (++count == 1) {
+          first = element.name;
+          place = place_of_id(of_id, element.place);
+        }
       }
     };
     for (Event& event : service.events) {
-      join(event);
+      join(event, member_key(event.name, event.selector), event.id_place, event.id.has_value());
     }
     for (Field& field : service.fields) {
       if (field.has_notifier) {
-        join(field);
+        join(field, field.name + "/notifier", field.notifier_place, field.notifier.has_value());
       }
     }
-    if (used && service.eventgroups.empty()) {
-      service.eventgroups.push_back({.name = "all", .id = id, .id_is_chosen = true});
+    if (count > 0) {
+      warning(place, fmt::format("{}.{}{} in no eventgroup: 0x{:04x} is taken", service.name, first,
+                                 count == 1 ? " is" : fmt::format(" and {} more are", count - 1),
+                                 someip::value(id)));
     }
+    for (const someip::EventgroupId one : used) {
+      if (std::ranges::find(service.eventgroups, one, &Eventgroup::id) == service.eventgroups.end()) {
+        service.eventgroups.push_back(
+            known.contains(one) ? known.at(one) : Eventgroup{.name = "all", .id = one, .id_is_chosen = true});
+      }
+    }
+    std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
   }
 
   void instance(const Service& service) {

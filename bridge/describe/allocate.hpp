@@ -50,9 +50,12 @@ struct IdRange {
 /// model has wins over the lock, with a warning. The model tells which ids were chosen: Service::chosen_ids
 /// and others.
 ///
-/// What a service has of the one that it extends has the id that it has there, as FDEPL says it once. So a
-/// new member of that one gets an id that is free in all services that extend it, those that only the lock
-/// knows included.
+/// An event without an eventgroup joins the lowest one of its service, with a warning where somebody has
+/// given ids or eventgroups.
+///
+/// What a service has of the one that it extends has the id and the eventgroups that it has there, as FDEPL
+/// says them once. So a new member of that one gets an id that is free in all services that extend it, those
+/// that only the lock knows included.
 /// @return what cannot be done: no id is left; and what is chosen though it may surprise, as a warning
 [[nodiscard]] std::vector<documents::Problem> allocate_ids(Model& model, IdLock& lock, IdRange services = {});
 

@@ -21,8 +21,8 @@ inline constexpr std::size_t max_inherited_members = 1'000'000;
 ///
 /// @return what contradicts: two services of one name, or of one id with different names, or two members of
 ///         one id, told where the id stands, or two values of one setting (contradictions.hpp); ids that are
-///         reserved; enumerators that the wire has no room for; and what is too large to work with: types nested
-///         deeper than max_type_nesting, more than max_inherited_members
+///         reserved; enumerators that the wire has no room for; and what is too large to work with: types
+///         nested deeper than max_type_nesting, more than max_inherited_members
 [[nodiscard]] std::vector<documents::Problem> join(Model& model);
 /// The same of a model that was joined before, and was added to or edited.
 /// @param told  gets the problems that are not there yet.

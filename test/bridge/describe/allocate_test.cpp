@@ -70,6 +70,49 @@ TEST(AllocateIds, GivesWhatIsInheritedTheIdsOfItsBase) {
   EXPECT_EQ(ids(again.services[1]), "7 1 32769 3 4 32770 5 - 32771 ") << "a FDEPL file says them once";
 }
 
+TEST(AllocateIds, TellsWhichEventsNobodyHasPutIntoAnEventgroup) {
+  const auto told = [](Service one) {
+    Model model{.files = {"Door.fidl", "Door.fdepl"}, .services = {std::move(one)}};
+    IdLock lock;
+    std::string all;
+    for (const documents::Problem& problem : allocate_ids(model, lock)) {
+      all += to_string(problem) + "\n";
+    }
+    EXPECT_EQ(model.services[0].events[0].eventgroups, model.services[0].fields[0].eventgroups);
+    return all;
+  };
+  Service one = service("Door");
+  EXPECT_EQ(told(one), "") << "nobody has chosen any ids";
+  one.events[0].id = someip::MethodId{0x8005};
+  one.events[0].id_place = {.file = 1, .mark = {7, 9}};
+  EXPECT_EQ(told(one), "Door.fdepl:7:9: warning: Door.moved is in no eventgroup: 0x0001 is taken\n");
+  one.eventgroups = {{.id = someip::EventgroupId{6}}, {.id = someip::EventgroupId{4}}};
+  EXPECT_EQ(told(one),
+            "Door.fdepl:7:9: warning: Door.moved and 2 more are in no eventgroup: 0x0004 is taken\n");
+}
+
+TEST(AllocateIds, GivesWhatIsInheritedTheEventgroupsOfItsBase) {
+  Model model{.services = {service("Front"), service("Door")}};
+  model.services[0].base = "car.Door";
+  model.services[0].eventgroups = {{.id = someip::EventgroupId{3}}, {.id = someip::EventgroupId{9}}};
+  model.services[0].events.push_back({.name = "locked", .eventgroups = {someip::EventgroupId{3}}});
+  for (Event& event : model.services[1].events) {
+    event.eventgroups = {someip::EventgroupId{7}};
+  }
+  model.services[1].eventgroups = {{.name = "doors", .id = someip::EventgroupId{7}}};
+  IdLock lock;
+  const std::vector<documents::Problem> problems = allocate_ids(model, lock);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].text, "Door.label and 1 more are in no eventgroup: 0x0007 is taken");
+  const Service& front = model.services[0];
+  EXPECT_THAT(front.events[0].eventgroups, ElementsAre(someip::EventgroupId{7}));
+  EXPECT_THAT(front.fields[0].eventgroups, ElementsAre(someip::EventgroupId{7}));
+  EXPECT_THAT(front.events[1].eventgroups, ElementsAre(someip::EventgroupId{3}));
+  ASSERT_EQ(front.eventgroups.size(), 3);
+  EXPECT_EQ(front.eventgroups[1].id, someip::EventgroupId{7});
+  EXPECT_EQ(front.eventgroups[1].name, "doors");
+}
+
 /// A base and two that extend it, one through the other. Each has a method of its own, and an event.
 Model family() {
   Model model{.services = {service("Rear"), service("Front"), service("Door")}};
@@ -122,7 +165,8 @@ TEST(AllocateIds, LeavesABaseWhatItsHeirsAreGiven) {
   model.services[0].base = "car.Door";
   model.services[0].methods.push_back({.name = "lock", .id = someip::MethodId{1}});
   model.services[0].methods[1].id = someip::MethodId{9};  // of what it inherits: the base gets it, too
-  model.services[0].events.push_back({.name = "locked", .id = someip::MethodId{0x8001}});
+  model.services[0].events.push_back(
+      {.name = "locked", .id = someip::MethodId{0x8001}, .eventgroups = {someip::EventgroupId{1}}});
   IdLock lock;
   EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
   EXPECT_EQ(ids(model.services[1]), "2 9 32770 3 4 32771 5 - 32772 ");
@@ -153,7 +197,9 @@ TEST(AllocateIds, GuessesNoEventgroupOfWhatACaptureShows) {
   model.services[0].events[0].observed_bytes = 4;
   model.services[0].events[0].payload.known = false;
   IdLock lock;
-  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  const std::vector<documents::Problem> of_fields = allocate_ids(model, lock);
+  ASSERT_EQ(of_fields.size(), 1);
+  EXPECT_EQ(of_fields[0].text, "Door.label and 1 more are in no eventgroup: 0x0005 is taken");
   EXPECT_THAT(model.services[0].events[0].eventgroups, IsEmpty());
   EXPECT_THAT(model.services[0].fields[0].eventgroups, ElementsAre(someip::EventgroupId{5}));
   // Of one that is described, too, a route needs it: with a warning.
@@ -186,7 +232,10 @@ TEST(AllocateIds, LeavesWhatIsGiven) {
   model.services[0].eventgroups = {{.id = someip::EventgroupId{7}}, {.id = someip::EventgroupId{5}}};
   model.instances = {{.service = "car.Door", .id = someip::InstanceId{9}}};
   IdLock lock;
-  EXPECT_THAT(allocate_ids(model, lock), IsEmpty());
+  const std::vector<documents::Problem> problems = allocate_ids(model, lock);
+  ASSERT_EQ(problems.size(), 1);
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_EQ(problems[0].text, "Door.label and 1 more are in no eventgroup: 0x0005 is taken");
   EXPECT_EQ(model.services[0].id, someip::ServiceId{0x1234});
   EXPECT_EQ(ids(model.services[0]), "2 1 32769 3 4 32770 5 - 32771 ");
   EXPECT_THAT(model.services[0].events[0].eventgroups, ElementsAre(someip::EventgroupId{7}));

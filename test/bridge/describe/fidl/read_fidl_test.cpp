@@ -127,6 +127,23 @@ TEST(ReadFidl, NamesTheFileOfAnIdThatIsThereTwice) {
   EXPECT_EQ(service.eventgroups[0].place.mark, (documents::Mark{6, 60})) << "of the base";
 }
 
+TEST(ReadFidl, TellsOfAnInterfaceWithTheServiceIdOfOneThatItExtends) {
+  const auto fdepl = [](const char* one, const char* id) {
+    return v2 + std::string{"import \"I.fidl\"\n"} + spec + "interface a." + one +
+           " {\nSomeIpServiceID = " + id + "\n}\n";
+  };
+  const Files files{{"I.fidl",
+                     "package a interface C extends B { version { major 1 minor 0 } }\n"
+                     "interface A { version { major 1 minor 0 } }\n"
+                     "interface B extends A { version { major 1 minor 0 } }"},
+                    {"A.fdepl", fdepl("A", "5")},
+                    {"B.fdepl", fdepl("B", "6")},
+                    {"C.fdepl", fdepl("C", "5")}};
+  EXPECT_THAT(told(read(files, {"A.fdepl", "B.fdepl", "C.fdepl"})),
+              ElementsAre("C.fdepl:4:19: warning: 'C' has the service id 0x0005 of 'A', which it extends, at "
+                          "A.fdepl:4:19"));
+}
+
 TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
   const Reading reading =
       deployed("attribute M m\nmap M { UInt8 to UInt8 }", "map M { SomeIpMapLengthWidth = 1 }");
