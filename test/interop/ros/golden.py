@@ -137,7 +137,7 @@ def hashes_of_folders(folders, share, work):
     """The hashes of packages that are not installed, whose IDL files are in `work` afterwards."""
     hashes = {}
     packages = [package for folder in folders for package in sorted(pathlib.Path(folder).resolve().iterdir())
-                if not (share / package.name).exists()]
+                if package.is_dir() and not (share / package.name).exists()]
     for _ in range(len(packages) ** 2):  # a package that the first one uses may come later
         if not packages:
             break
