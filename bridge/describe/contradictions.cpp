@@ -13,8 +13,38 @@ void Contradictions::add(std::string_view element, std::string_view what, const 
   std::string text = fmt::format("{} has {} {} here, but {}{}{}: make them the same, or {}", element, what,
                                  second.value, first.value, other.empty() ? "" : " at ", other,
                                  one_file ? "take one of them out" : "leave one of the two files out");
-  if (told_.insert(to_string(model_, second.place) + text).second) {
-    tell_(second.place, std::move(text));
+  tell_once(tell_, second.place, std::move(text));
+}
+
+bool Contradictions::settle(std::string_view element, std::string_view what, const SaidValue& first,
+                            const SaidValue& second) {
+  const bool second_holds = is_configuration(second.place);
+  if (is_configuration(first.place) == second_holds) {
+    add(element, what, first, second);
+    return false;
+  }
+  tell_once(warn_, second.place,
+            fmt::format("{} has {} {} here, but {} at {}: {}, of the configuration of vsomeip, is taken",
+                        element, what, second.value, first.value, to_string(model_, first.place),
+                        second_holds ? second.value : first.value));
+  return second_holds;
+}
+
+void Contradictions::warn_of_two_hosts(std::string_view element, const SaidValue& first,
+                                       const SaidValue& second) {
+  tell_once(warn_, second.place,
+            fmt::format("{} is listed by two hosts, {} here and {} at {}: both are taken for servers of it; "
+                        "leave out the file of the one that is not",
+                        element, second.value, first.value, to_string(model_, first.place)));
+}
+
+bool Contradictions::is_configuration(const Place& place) const {
+  return place.file < model_.files.size() && model_.files[place.file].find(".json") != std::string::npos;
+}
+
+void Contradictions::tell_once(const Tell& tell, const Place& place, std::string text) {
+  if (told_.insert(to_string(model_, place) + text).second) {
+    tell(place, std::move(text));
   }
 }
 

@@ -23,10 +23,24 @@ class Contradictions {
   using Tell = std::function<void(const Place& place, std::string text)>;
 
   /// @param model  names the files of places.
-  Contradictions(const Model& model, Tell tell) : model_{model}, tell_{std::move(tell)} {}
+  /// @param warn  tells of what is settled by a rule: see settle().
+  Contradictions(const Model& model, Tell tell, Tell warn)
+      : model_{model}, tell_{std::move(tell)}, warn_{std::move(warn)} {}
 
   /// @param what  "the UDP port", which the value follows.
   void add(std::string_view element, std::string_view what, const SaidValue& first, const SaidValue& second);
+
+  /// The same of an address or another setting of a host. If one of the two is a configuration of vsomeip and
+  /// the other describes interfaces, that is a warning, as stacks read this setting from the first alone.
+  /// @return whether the second value holds.
+  bool settle(std::string_view element, std::string_view what, const SaidValue& first,
+              const SaidValue& second);
+
+  /// Of two hosts whose configurations both list a service. Which one offers it is up to the applications.
+  void warn_of_two_hosts(std::string_view element, const SaidValue& first, const SaidValue& second);
+
+  /// Whether it is in a configuration of vsomeip.
+  [[nodiscard]] bool is_configuration(const Place& place) const;
 
   /// Tells unless the values are the same.
   void compare(std::string_view element, std::string_view what, const SaidValue& first,
@@ -41,7 +55,10 @@ class Contradictions {
 
  private:
   const Model& model_;
+  void tell_once(const Tell& tell, const Place& place, std::string text);
+
   Tell tell_;
+  Tell warn_;
   std::set<std::string> told_{};  ///< a request and its answer may have one setting
 };
 

@@ -619,7 +619,8 @@ class Joining {
 
   Model& model_;
   Contradictions contradictions_{
-      model_, [this](const Place& place, std::string text) { error(place, std::move(text)); }};
+      model_, [this](const Place& place, std::string text) { error(place, std::move(text)); },
+      [this](const Place& place, std::string text) { warning(place, std::move(text)); }};
   std::map<std::string, const Service*, std::less<>> by_name_{};
   std::map<someip::ServiceId, const Service*> by_id_{};
   std::map<std::pair<someip::ServiceId, std::uint8_t>, const Service*> by_version_{};

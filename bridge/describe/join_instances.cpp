@@ -78,7 +78,11 @@ class InstanceJoin {
     fill(to_.service_id, from_.service_id);
     if (to_.address && from_.address) {
       if (*to_.address != *from_.address) {
-        tell("the address", "address", someip::to_string(*to_.address), someip::to_string(*from_.address));
+        if (tell("the address", "address", someip::to_string(*to_.address),
+                 someip::to_string(*from_.address))) {
+          to_.address = from_.address;
+          hold("address");
+        }
       }
     } else {
       fill(to_.address, from_.address);
@@ -123,26 +127,29 @@ class InstanceJoin {
     }
   }
 
-  void tell(std::string_view what, std::string_view setting, const std::string& known,
+  /// @return whether the other value holds.
+  bool tell(std::string_view what, std::string_view setting, const std::string& known,
             const std::string& other) {
     if (to_.role == Instance::Role::required) {
-      return;  // of several clients each may have its own
+      return false;  // of several clients each may have its own
     }
-    contradictions_.add(name_of_instance(to_), what, {known, said_place(to_, setting)},
-                        {other, said_place(from_, setting)});
+    return contradictions_.settle(name_of_instance(to_), what, {known, said_place(to_, setting)},
+                                  {other, said_place(from_, setting)});
   }
+  void hold(std::string_view setting) { to_.said_at.insert_or_assign(setting, said_place(from_, setting)); }
 
   template <typename T, typename Text>
   void take(std::string_view setting, std::string_view what, std::optional<T>& to,
             const std::optional<T>& from, const Text& text) {
     if (to && from) {
-      if (*to != *from) {
-        tell(what, setting, text(*to), text(*from));
+      if (*to == *from || !tell(what, setting, text(*to), text(*from))) {
+        return;
       }
-    } else if (from) {
-      to = from;
-      to_.said_at.insert_or_assign(setting, said_place(from_, setting));
+    } else if (!from) {
+      return;
     }
+    to = from;
+    hold(setting);
   }
 
   template <typename Number>
@@ -165,8 +172,11 @@ class InstanceJoin {
         continue;
       }
       if (is_known && !had_none) {
-        if (std::string known = one.text(*to_.timing), other = one.text(*from_.timing); known != other) {
-          tell(fmt::format("the {}", one.name), one.name, known, other);
+        const std::string known = one.text(*to_.timing);
+        const std::string other = one.text(*from_.timing);
+        if (known != other && tell(fmt::format("the {}", one.name), one.name, known, other)) {
+          one.copy(*to_.timing, *from_.timing);
+          hold(one.name);
         }
       } else {
         one.copy(*to_.timing, *from_.timing);
@@ -184,27 +194,37 @@ class InstanceJoin {
     const auto compare = [&](const char* what, std::string first, const std::optional<Place>& first_at,
                              std::string second, const std::optional<Place>& second_at) {
       if (first == second || to_.role == Instance::Role::required) {
-        return;
+        return false;
       }
-      contradictions_.add(name_of_instance(to_),
-                          fmt::format("for eventgroup 0x{:04x} {}", someip::value(group.eventgroup), what),
-                          {std::move(first), first_at.value_or(to_.place)},
-                          {std::move(second), second_at.value_or(from_.place)});
+      return contradictions_.settle(
+          name_of_instance(to_),
+          fmt::format("for eventgroup 0x{:04x} {}", someip::value(group.eventgroup), what),
+          {std::move(first), first_at.value_or(to_.place)},
+          {std::move(second), second_at.value_or(from_.place)});
     };
     // Where group_at is missing, nobody says the port.
     if (known->group.address != group.group.address) {
-      compare("the multicast address", someip::to_string(known->group.address), known->group_at,
-              someip::to_string(group.group.address), group.group_at);
+      if (compare("the multicast address", someip::to_string(known->group.address), known->group_at,
+                  someip::to_string(group.group.address), group.group_at)) {
+        known->group = group.group;
+        known->group_at = group.group_at;
+      }
     } else if (known->group_at && group.group_at) {
-      compare("the multicast port", fmt::to_string(known->group.port), known->group_at,
-              fmt::to_string(group.group.port), group.group_at);
+      if (compare("the multicast port", fmt::to_string(known->group.port), known->group_at,
+                  fmt::to_string(group.group.port), group.group_at)) {
+        known->group = group.group;
+        known->group_at = group.group_at;
+      }
     } else if (group.group_at) {
       known->group = group.group;
       known->group_at = group.group_at;
     }
     if (known->threshold_at && group.threshold_at) {
-      compare("the threshold", fmt::to_string(known->threshold), known->threshold_at,
-              fmt::to_string(group.threshold), group.threshold_at);
+      if (compare("the threshold", fmt::to_string(known->threshold), known->threshold_at,
+                  fmt::to_string(group.threshold), group.threshold_at)) {
+        known->threshold = group.threshold;
+        known->threshold_at = group.threshold_at;
+      }
     } else if (group.threshold_at || (!known->threshold_at && known->threshold == 0)) {
       known->threshold = group.threshold;
       known->threshold_at = group.threshold_at;
@@ -231,18 +251,20 @@ void add_instance(Instance& to, const Instance& from, Contradictions& contradict
   InstanceJoin{to, from, contradictions}.run();
 }
 
-void tell_of_addresses(std::span<const Instance> instances,
+void tell_of_addresses(std::span<Instance> instances,
                        const std::function<std::uint8_t(const Instance&)>& major_of,
                        Contradictions& contradictions) {
   constexpr std::size_t most = 100;  // each is compared with those before; and so many are told
   using Key = std::tuple<std::string, std::optional<someip::ServiceId>, std::optional<someip::InstanceId>,
                          std::uint8_t>;
-  std::map<Key, std::vector<const Instance*>> same;
-  for (const Instance& one : instances) {
-    if (!one.address || !one.id || one.role != Instance::Role::provided) {
+  std::map<Key, std::vector<Instance*>> same;
+  for (Instance& one : instances) {
+    // vsomeip does not offer on the network what has no port.
+    const bool is_local = !one.udp_port && !one.tcp_port && contradictions.is_configuration(one.place);
+    if (!one.address || !one.id || one.role != Instance::Role::provided || is_local) {
       continue;
     }
-    std::vector<const Instance*>& others = same[{one.service, one.service_id, one.id, major_of(one)}];
+    std::vector<Instance*>& others = same[{one.service, one.service_id, one.id, major_of(one)}];
     if (others.size() < most) {
       others.push_back(&one);
     }
@@ -253,13 +275,29 @@ void tell_of_addresses(std::span<const Instance> instances,
           all, [&](const Instance* one) { return one->place.file == file && one->address == address; });
     };
     for (std::size_t i = 1; i < all.size() && contradictions.count() < most; ++i) {
-      const Instance& one = *all[i];
+      Instance& one = *all[i];
       const auto other = std::find_if(
           all.begin(), all.begin() + static_cast<std::ptrdiff_t>(i), [&](const Instance* before) {
             return before->address != one.address && at_one_address_alone(*before, one) &&
                    !is_at(before->place.file, one.address) && !is_at(one.place.file, before->address);
           });
-      if (other != all.begin() + static_cast<std::ptrdiff_t>(i)) {
+      if (other == all.begin() + static_cast<std::ptrdiff_t>(i)) {
+        continue;
+      }
+      const Place first_at = said_place(**other, "address");
+      const Place at = said_place(one, "address");
+      const SaidValue first_said{someip::to_string(*(*other)->address), first_at};
+      const SaidValue said{someip::to_string(*one.address), at};
+      if (contradictions.is_configuration(first_at) && contradictions.is_configuration(at)) {
+        contradictions.warn_of_two_hosts(name_of_instance(one), first_said, said);
+      } else if (contradictions.is_configuration(first_at) || contradictions.is_configuration(at)) {
+        const bool second_holds =
+            contradictions.settle(name_of_instance(one), "the address", first_said, said);
+        Instance& loser = second_holds ? **other : one;
+        const Instance& winner = second_holds ? one : **other;
+        loser.address = winner.address;
+        loser.said_at.insert_or_assign("address", second_holds ? at : first_at);
+      } else {
         Instance first = **other;  // all that they say differently is told at once
         add_instance(first, one, contradictions);
       }

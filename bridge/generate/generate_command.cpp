@@ -83,10 +83,14 @@ bool write_file(const fs::path& path, const std::string& text) {
 }
 
 /// @throws CLI::ValidationError when a source would be written over.
-void check_not_over_sources(const GenerateArguments& arguments, const std::vector<std::string>& files) {
+void check_not_over_sources(const GenerateArguments& arguments, const std::vector<std::string>& read,
+                            const std::vector<std::string>& files) {
   std::error_code error;
   std::set<fs::path> sources;
   for (const std::string& one : arguments.sources.files()) {
+    sources.insert(fs::weakly_canonical(one, error));
+  }
+  for (const std::string& one : read) {  // what these import or name, too
     sources.insert(fs::weakly_canonical(one, error));
   }
   for (const std::string& one : files) {
@@ -263,7 +267,7 @@ int run_generate(GenerateArguments& arguments) {
     }
   }
   if (!arguments.folder.empty() && !written.empty()) {
-    check_not_over_sources(arguments, written);
+    check_not_over_sources(arguments, system.model.files, written);
     keep_generated_list(arguments.folder, std::move(written));
   }
   for (const auto& [one, result] : results) {

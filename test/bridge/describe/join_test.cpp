@@ -359,9 +359,10 @@ TEST(Join, TellsOfSettingsThatContradict) {
                        .threshold_at = Place{0, {5, 9}}}};
   second.timing = sd::Timing{.initial_delay_max = 500ms, .ttl_s = 5};
   second.said_at["ttl"] = {.file = 0, .mark = {6, 9}};
+  other.files = {"car.arxml"};
   const auto text = [](const char* at, const std::string& here, const std::string& there) {
     return fmt::format(
-        "vsomeip.json:{}: error: instance 0x0001 of car.Door has {} here, but {}: make them the same, "
+        "car.arxml:{}: error: instance 0x0001 of car.Door has {} here, but {}: make them the same, "
         "or leave one of the two files out",
         at, here, there);
   };
@@ -372,6 +373,49 @@ TEST(Join, TellsOfSettingsThatContradict) {
                   text("6:9", "the ttl 5", "3 at Door.fdepl:14:5"),
                   text("4:9", "for eventgroup 0x0005 the multicast port 30491", "30490 at Door.fdepl:12:5"),
                   text("5:9", "for eventgroup 0x0005 the threshold 4", "2 at Door.fdepl:13:5")));
+}
+
+/// CommonAPI reads ports and addresses from the configuration of vsomeip alone, whatever the FDEPL file says.
+TEST(Join, TakesSettingsOfHostsFromTheConfigurationOfVsomeip) {
+  Model fdepl = named();
+  Instance& first = fdepl.instances[0];
+  first.address = IpAddress::v4(10, 0, 0, 1);
+  first.udp_port = 30509;
+  first.said_at["udp_port"] = {.file = 0, .mark = {11, 5}};
+  first.multicast = {{.eventgroup = someip::EventgroupId{5},
+                      .group = {IpAddress::v4(239, 0, 0, 1), 30490},
+                      .group_at = Place{0, {12, 5}}}};
+  Model json = unnamed();
+  Instance& second = json.instances[0];
+  second.address = IpAddress::v4(10, 0, 0, 2);
+  second.udp_port = 30501;
+  second.said_at["udp_port"] = {.file = 0, .mark = {3, 9}};
+  second.multicast = {{.eventgroup = someip::EventgroupId{5},
+                       .group = {IpAddress::v4(239, 0, 0, 2), 30491},
+                       .group_at = Place{0, {4, 9}}}};
+  for (const bool json_first : {false, true}) {
+    Model both = json_first ? json : fdepl;
+    append(both, json_first ? fdepl : json);
+    const std::vector<documents::Problem> problems = join(both);
+    ASSERT_EQ(problems.size(), 3U);
+    for (const documents::Problem& one : problems) {
+      EXPECT_EQ(one.severity, documents::Problem::Severity::warning) << one.text;
+      EXPECT_THAT(one.text, HasSubstr("of the configuration of vsomeip, is taken"));
+    }
+    ASSERT_THAT(both.instances, SizeIs(1));
+    EXPECT_EQ(both.instances[0].address, second.address);
+    EXPECT_EQ(both.instances[0].udp_port, 30501);
+    EXPECT_EQ(both.instances[0].multicast.at(0).group, second.multicast[0].group);
+  }
+  // Two hosts may list a service that one of them offers.
+  Model other = unnamed();
+  other.files = {"other.json"};
+  other.instances[0].address = IpAddress::v4(10, 0, 0, 3);
+  other.instances[0].udp_port = 30501;
+  EXPECT_THAT(
+      told_of(json, other),
+      ElementsAre(HasSubstr("warning: instance 0x0001 of service_1234 is listed by two hosts, 10.0.0.3 here "
+                            "and 10.0.0.2 at vsomeip.json")));
 }
 
 TEST(Join, TakesWhatOneSaysBeforeTheDefaultOfAnother) {
@@ -441,10 +485,10 @@ TEST(Join, TellsOfTwoAddressesThatNoHostsExplain) {
   model.instances[0].address = IpAddress::v4(10, 0, 0, 1);
   Model other = unnamed();
   other.instances[0].address = IpAddress::v4(10, 0, 0, 2);
-  EXPECT_THAT(
-      told_of(model, other),
-      ElementsAre(HasSubstr("vsomeip.json: error: instance 0x0001 of car.Door has the address 10.0.0.2 "
-                            "here, but 10.0.0.1 at Door.fidl: make them the same")));
+  other.files = {"car.arxml"};
+  EXPECT_THAT(told_of(model, other),
+              ElementsAre(HasSubstr("car.arxml: error: instance 0x0001 of car.Door has the address 10.0.0.2 "
+                                    "here, but 10.0.0.1 at Door.fidl: make them the same")));
   other.instances[0].machine = "car";
   EXPECT_THAT(told_of(model, other), SizeIs(1));
   // Of two hosts, of two versions, or where one of the files has both addresses.

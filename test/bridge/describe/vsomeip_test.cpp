@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -357,8 +358,8 @@ TEST(ReadVsomeip, TellsOfEventsThatAreThereTwice) {
   EXPECT_THAT(
       told(events(R"({"event": "0x8001", "is_field": false, "cycle": 100},
 {"event": "32769", "is_field": true, "cycle": 200})")),
-      ElementsAre("config/car.json:2:32: error: event 0x8001 has is_field true here, but false at "
-                  "config/car.json:1:88: make them the same, or take one of them out",
+      ElementsAre("config/car.json:2:32: warning: event 0x8001 has is_field true here, but false at "
+                  "config/car.json:1:88: the first is taken",  // vsomeip asks the application
                   HasSubstr("config/car.json:2:47: error: event 0x8001 has the cycle 200 ms here, but "
                             "100 ms at config/car.json:1:")));
   // What one of them says holds.
@@ -385,6 +386,23 @@ TEST(ReadVsomeip, WarnsOfEventsThatInstancesHaveDifferently) {
                   "config/car.json:2:96, of another instance: an interface has one for all, and the first "
                   "is taken"));
   EXPECT_EQ(reading.model.services.at(0).events.at(0).transfer.transport, Transport::tcp);
+}
+
+/// Files that a script fills in are of several hosts, too, and nobody needs settings of what is turned off.
+TEST(ReadVsomeip, TellsOfNoSettingsOfOtherHostsOrOfDiscoveryThatIsOff) {
+  const auto both = [](const char* one, const char* other, const char* enable) {
+    const auto text = [&](const char* unicast, const char* port) {
+      return fmt::format(R"({{"unicast": "{}", "service-discovery": {{"enable": "{}", "port": "{}"}}}})",
+                         unicast, enable, port);
+    };
+    const std::vector<SourceText> sources{{"a.json", text(one, "30490")}, {"b.json", text(other, "30491")}};
+    return read_vsomeip(sources).ok();
+  };
+  EXPECT_TRUE(both("@MASTER@", "@SLAVE@", "true"));
+  EXPECT_TRUE(both("10.0.0.1", "@SLAVE@", "true"));
+  EXPECT_FALSE(both("@MASTER@", "@MASTER@", "true"));
+  EXPECT_FALSE(both("10.0.0.1", "10.0.0.1", "true"));
+  EXPECT_TRUE(both("10.0.0.1", "10.0.0.1", "false"));
 }
 
 TEST(ReadVsomeip, TellsOfSettingsThatTwoFilesSayDifferently) {

@@ -189,16 +189,30 @@ class Generate(unittest.TestCase):
         self.assertIn(file.name, errors)
         self.assertEqual({path: path.read_text() for path in (folder / "gen").rglob("*")}, made)
 
+    def test_writes_no_file_over_what_a_source_imports(self):
+        folder = self.door()
+        self.assertEqual(run("generate", folder, "--to", "fidl", "-o", folder / "gen", "-q")[0], 0)
+        made = next((folder / "gen").rglob("*.fidl"))
+        own = folder / "own"
+        own.mkdir()
+        (own / made.name).write_text("package a interface I { version { major 1 minor 0 } method m { } }")
+        (own / "main.fidl").write_text(f'package {made.stem} import model "{made.name}" '
+                                       "interface J extends a.I { version { major 1 minor 0 } }")
+        status, _, errors = run("generate", own / "main.fidl", "--to", "fidl", "-o", own)
+        self.assertEqual(status, 2, errors)
+        self.assertIn(f"{made.name} is a source, and would be written over", errors)
+        self.assertIn("interface I", (own / made.name).read_text())
+
     def test_tells_of_contradicting_deployments(self):
         """FIDL, FDEPL and vsomeip JSON of one service, with values that cannot both be true."""
         folder = self.door()
         config = folder / "car.json"
         config.write_text(json.dumps({"unicast": "192.168.1.77", "services": [
             {"service": "0x4711", "instance": "1", "unreliable": "31999", "reliable": {"port": "31998"}}]}, indent=1))
-        status, _, errors = run("generate", folder, "--to", "routes", "-o", folder / "gen")
-        self.assertEqual(status, 2, errors)
-        self.assertRegex(errors, r"car.json:\d+:\d+: error: instance 0x0001 of car.Door has the UDP port 31999 here, but \d+ at \S*Door.fdepl:\d+:\d+: make them the same")
-        self.assertFalse((folder / "gen").exists())
+        status, _, errors = run("generate", folder, "--to", "routes", "-o", self.folder / "gen")
+        self.assertEqual(status, 0, errors)
+        self.assertRegex(errors, r"car.json:\d+:\d+: warning: instance 0x0001 of car.Door has the UDP port 31999 here, but \d+ at \S*Door.fdepl:\d+:\d+: 31999, of the configuration of vsomeip, is taken")
+        self.assertIn("31999", (self.folder / "gen" / "bridge.yaml").read_text())
         # Two deployments of one instance.
         config.unlink()
         text = (folder / "Door.fdepl").read_text()

@@ -263,6 +263,21 @@ void Types::build_enumeration(Type& type, Declared& declared, const Layers& laye
       }
     }
   }
+  const auto fits = [&](const Enumerator& one) {
+    const auto bits = static_cast<unsigned>(bytes) * 8 - (needs_sign ? 1 : 0);
+    const std::uint64_t most_bits = static_cast<std::uint64_t>(one.value < 0 ? ~one.value : one.value);
+    return bits >= 64 || most_bits >> bits == 0;
+  };
+  // Where no file says how anything is carried, a width that does not do cannot be meant.
+  if (!names_.has_deployments() && !std::ranges::all_of(type.enumerators, fits)) {
+    while (bytes < 8 && !std::ranges::all_of(type.enumerators, fits)) {
+      bytes *= 2;
+    }
+    findings_.warning(tree.name.place,
+                      fmt::format("{} has no SomeIpEnumWidth, and values that one byte has no room for: {} "
+                                  "bytes are taken",
+                                  documents::quote(tree.name.text), bytes));
+  }
   type.primitive = needs_sign ? signed_of(bytes) : unsigned_of(bytes);
   constexpr std::int64_t least = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();

@@ -63,6 +63,8 @@ class Names {
   [[nodiscard]] const Collection* interface(const Name& name, const Scope& scope);
   /// Null if there is none.
   [[nodiscard]] const Constantlike* value(std::string_view name, const Scope& scope) const;
+  /// Whether a FDEPL file says how something is carried.
+  [[nodiscard]] bool has_deployments() const noexcept { return !deployed_.empty(); }
 
  private:
   void declare(const FidlSource& source);

@@ -587,7 +587,8 @@ void Maker::instance(const Node& node) {
            !(one.id && instance.id);
   });
   Contradictions contradictions{
-      model_, [this](const Place& place, std::string found) { findings_.error(place, std::move(found)); }};
+      model_, [this](const Place& place, std::string found) { findings_.error(place, std::move(found)); },
+      [this](const Place& place, std::string found) { findings_.warning(place, std::move(found)); }};
   if (same == model_.instances.end()) {
     if (const auto other = std::ranges::find_if(model_.instances,
                                                 [&](const Instance& one) {

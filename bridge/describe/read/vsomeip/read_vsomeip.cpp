@@ -214,13 +214,18 @@ void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Pr
 void VsomeipReader::find_host(const JsonNode& root) {
   const JsonNode* const unicast = root.find("unicast");
   const auto own = address(unicast, "the host's address");
+  const std::string text = unicast == nullptr ? std::string{} : std::string{messages::trimmed(unicast->text)};
   host_ = 0;
-  if (own && !hosts_.empty() && hosts_.front().address) {
-    const auto known = std::ranges::find(hosts_, own, &VsomeipHost::address);
+  if (!text.empty() && !hosts_.empty() && !hosts_.front().unicast.empty()) {
+    const auto known = std::ranges::find_if(
+        hosts_, [&](const VsomeipHost& one) { return one.unicast == text || (own && one.address == own); });
     host_ = static_cast<std::size_t>(known - hosts_.begin());
   }
   if (host_ == hosts_.size()) {
     hosts_.push_back({.name = std::string{stem(model_.files[file_])}});
+  }
+  if (host().unicast.empty()) {
+    host().unicast = text;
   }
   if (own && says("address", *unicast)) {
     host().address = own;
@@ -242,9 +247,14 @@ bool VsomeipReader::says(std::string_view setting, const JsonNode& node) {
 
 void VsomeipReader::discovery(const JsonNode& node) {
   check_keys(node, vsomeip_keys::discovery);
-  if (const JsonNode* enable = node.find("enable");
-      enable != nullptr && says("setting enable of service discovery", *enable)) {
-    host().sd = truth(enable, true);
+  if (const JsonNode* const enable = node.find("enable")) {
+    const bool is_on = truth(enable, true);
+    if (says("setting enable of service discovery", *enable)) {
+      host().sd = is_on;
+    }
+    if (!is_on) {
+      return;  // nothing else in here is used
+    }
   }
   const JsonNode* const multicast = node.find("multicast");
   if (const auto group = address(multicast, "the group of service discovery");

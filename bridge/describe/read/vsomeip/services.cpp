@@ -254,12 +254,17 @@ std::optional<VsomeipEvent> VsomeipReader::event(const JsonNode& node, const Ins
 
 void VsomeipReader::join(VsomeipEvent& event, const VsomeipEvent& other) {
   const auto say = [&](const char* what, auto& value, std::optional<Place>& at, const auto& other_value,
-                       const std::optional<Place>& other_at, const auto& text) {
+                       const std::optional<Place>& other_at, const auto& text, bool is_used = true) {
     if (!at && other_at) {
       value = other_value;
       at = other_at;
     } else if (at && other_at && value != other_value) {
-      if (event.instance == other.instance) {
+      if (!is_used) {
+        problems_->warning(other_at->mark,
+                           fmt::format("event 0x{:04x} has {} {} here, but {} at {}: the first is taken",
+                                       someip::value(event.id), what, text(other_value), text(value),
+                                       to_string(model_, *at)));
+      } else if (event.instance == other.instance) {
         contradictions_.add(fmt::format("event 0x{:04x}", someip::value(event.id)), what, {text(value), *at},
                             {text(other_value), *other_at});
       } else {  // vsomeip lets each instance have its own
@@ -276,7 +281,8 @@ void VsomeipReader::join(VsomeipEvent& event, const VsomeipEvent& other) {
     return std::string{transport == Transport::tcp ? "true" : "false"};
   };
   const auto time_text = [](const auto& time) { return documents::to_string(Duration{*time}); };
-  say("is_field", event.is_field, event.is_field_at, other.is_field, other.is_field_at, truth_text);
+  // vsomeip itself asks its applications, and not the configuration, whether an event is a field.
+  say("is_field", event.is_field, event.is_field_at, other.is_field, other.is_field_at, truth_text, false);
   say("is_reliable", event.transport, event.transport_at, other.transport, other.transport_at,
       transport_text);
   say("the cycle", event.cycle, event.cycle_at, other.cycle, other.cycle_at, time_text);

@@ -36,6 +36,7 @@ struct VsomeipHost {
   std::string name{};  ///< made of that of its first file
   /// As they are written, and where: of two files of one host, both have to say the same.
   std::map<std::string_view, SaidValue> said{};
+  std::string unicast{};  ///< as it is written, also if it is still to be filled in
   std::optional<IpAddress> address{};
   std::optional<IpAddress> sd_multicast{};
   std::optional<std::uint16_t> sd_port{};
@@ -191,9 +192,9 @@ class VsomeipReader {
   std::vector<Protected> protected_;
   std::uint32_t file_ = 0;
   Problems* problems_ = nullptr;
-  Contradictions contradictions_{model_, [this](const Place& place, std::string text) {
-                                   problems_->error(place.mark, std::move(text));
-                                 }};
+  Contradictions contradictions_{
+      model_, [this](const Place& place, std::string text) { problems_->error(place.mark, std::move(text)); },
+      [this](const Place& place, std::string text) { problems_->warning(place.mark, std::move(text)); }};
 };
 
 template <typename Each>

@@ -569,6 +569,23 @@ TEST(ReadFidl, TakesTextsOfEnumeratorsForNoNumbers) {
   EXPECT_EQ(type.enumerators.at(2).value, 18);
 }
 
+/// As it is used with another transport, or before anybody thought of one.
+TEST(ReadFidl, TakesTheWidthThatEnumeratorsNeedWhereNothingIsDeployed) {
+  const Reading reading = read({{"A.fidl",
+                                 "package a typeCollection T { enumeration S { A B = 255 } "
+                                 "enumeration M { A B = 256 } enumeration N { A = -40000 B } }"}},
+                               {"A.fidl"});
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading), ElementsAre(HasSubstr("warning: 'M' has no SomeIpEnumWidth, and values that one "
+                                                   "byte has no room for: 2 bytes are taken"),
+                                         HasSubstr("4 bytes are taken")));
+  std::map<std::string, std::size_t> widths;
+  for (const Type& type : reading.model.types) {
+    widths[type.name] = messages::width(type.primitive);
+  }
+  EXPECT_THAT(widths, ElementsAre(std::pair{"M", 2U}, std::pair{"N", 4U}, std::pair{"S", 1U}));
+}
+
 TEST(ReadFidl, TakesWidthsThatCannotBeWithAWarning) {
   const Reading reading = deployed("enumeration E { A B } attribute E e attribute Int16 n",
                                    "enumeration E { SomeIpEnumWidth = 0 SomeIpEnumBitWidth = 9 } "
