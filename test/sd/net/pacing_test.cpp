@@ -120,7 +120,10 @@ TEST_F(Pacing, IsOfEachSubscriberByItself) {
   EXPECT_EQ(server.sender_counters().datagrams - before, 75U);
   // Another message has nothing left of the bursts.
   server.notify(offer, event, {&slice, 1}, nullptr, {.separation = 50ms});
-  EXPECT_EQ(server.sender_counters().datagrams - before, 75U);
+  const std::uint64_t at_once = server.sender_counters().datagrams - before;
+  if (std::chrono::steady_clock::now() - begin < 50ms) {  // else this machine stood still, and they are new
+    EXPECT_EQ(at_once, 75U);
+  }
   ASSERT_TRUE(run_until([&] { return sizes.size() == 2; }));
   // The large one has the messages in three and five bursts, the small one in four and seven.
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 150ms);
