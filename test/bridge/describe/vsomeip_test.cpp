@@ -405,6 +405,22 @@ TEST(ReadVsomeip, TellsOfNoSettingsOfOtherHostsOrOfDiscoveryThatIsOff) {
   EXPECT_TRUE(both("10.0.0.1", "10.0.0.1", "false"));
 }
 
+TEST(ReadVsomeip, KeepsAnInstanceThatTwoHostsListTwice) {
+  const auto both = [](const std::string& port) {
+    const std::vector<SourceText> sources{
+        {"client.json",
+         R"({"unicast": "10.0.0.1", "services": [{"service": 1, "instance": 1)" + port + "}]}"},
+        {"server.json",
+         R"({"unicast": "10.0.0.2", "services": [{"service": 1, "instance": 1, "unreliable": 30502}]})"}};
+    Reading reading = read_vsomeip(sources);
+    EXPECT_TRUE(reading.ok());
+    EXPECT_THAT(reading.model.instances, SizeIs(2));
+    return join(reading.model).size();
+  };
+  EXPECT_EQ(both(R"(, "unreliable": 30502)"), 1U) << "a warning";
+  EXPECT_EQ(both(""), 0U) << "what has no port is not offered on the network";
+}
+
 TEST(ReadVsomeip, TellsOfSettingsThatTwoFilesSayDifferently) {
   const std::vector<SourceText> one_host{
       {"net.json", R"({"unicast": "10.0.0.1", "service-discovery": {"ttl": 3, "cyclic_offer_delay": 1000}})"},
@@ -435,14 +451,6 @@ TEST(ReadVsomeip, KeepsHostsApart) {
   EXPECT_EQ(reading.model.instances[2].role, Instance::Role::required);
   EXPECT_EQ(reading.model.instances[3].machine, "first");
   EXPECT_EQ(reading.model.instances[3].timing->ttl_s, 3U);
-  // One instance is at one host.
-  std::vector<SourceText> same = sources;
-  same[1].text =
-      R"({"unicast": "10.0.0.2", "services": [{"service": 1, "instance": 1, "unreliable": 30501}]})";
-  EXPECT_THAT(
-      told(read_vsomeip(same)),
-      ElementsAre(HasSubstr("second.json:1:13: error: instance 0x0001 of service_0001 has the address "
-                            "10.0.0.2 here, but 10.0.0.1 at first.json:1:13")));
 }
 
 TEST(ReadVsomeip, KnowsConfigurationsByTheirKeys) {

@@ -64,7 +64,10 @@ void VsomeipReader::service(const JsonNode& node) {
   }
   if (instance_id) {
     const auto [known, is_new] = provided_.try_emplace({*service_id, instance_id}, model_.instances.size());
-    if (!is_new) {
+    // Configurations of several hosts often list all services, whoever offers them.
+    const bool is_of_another_host = !is_new && hosts_of_instances_[known->second] != host_ &&
+                                    !instance.address && !model_.instances[known->second].address;
+    if (!is_new && !is_of_another_host) {
       second(node, known->second, std::move(instance));
       return;
     }
