@@ -606,8 +606,9 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   // Where the interfaces only define types, no id of theirs is used.
   if (!lock.services.empty() && (generate.all || expansion.names_any())) {
     problems.warning(mark,
-                     fmt::format("interfaces: ids are missing, of {} and maybe others: they were chosen; "
-                                 "`trestle generate --to routes` writes and keeps them",
+                     fmt::format("interfaces: ids are missing, of {} and maybe others: they were chosen, and "
+                                 "no other program knows them. Add the file that has them, such as a FDEPL; "
+                                 "if there is none, `trestle generate --to routes` writes and keeps them",
                                  documents::quote(lock.services.begin()->first)));
   }
   if (!generate.all) {

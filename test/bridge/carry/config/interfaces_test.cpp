@@ -411,6 +411,7 @@ TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
   const Loaded loaded = good("interfaces: [Door.fidl]\ngenerate: all\n");
   ASSERT_FALSE(loaded.warnings.empty());
   EXPECT_THAT(loaded.warnings.front().text, HasSubstr("ids are missing, of 'car.Door'"));
+  EXPECT_THAT(loaded.warnings.front().text, HasSubstr("Add the file that has them, such as a FDEPL"));
   ASSERT_THAT(loaded.config.routes, SizeIs(2));
   EXPECT_EQ(loaded.config.routes[0].instance, someip::InstanceId{1});
 }
