@@ -388,6 +388,10 @@ class Writer {
 
   /// Readers that receive from this writer, those of the own participant not counted.
   [[nodiscard]] std::size_t matched() const;
+  /// To be called instead of write() with a sample that nobody would read: what was written before is old
+  /// now, and no reader that comes late gets it. Without effect on a transient-local writer. Costs little
+  /// where nothing is kept.
+  void forget_written();
   /// Waits until all matched reliable readers have acknowledged everything; false when time ran out. (Of a
   /// participant that is polled somebody else has to receive() meanwhile.)
   [[nodiscard]] bool wait_until_received(std::chrono::nanoseconds limit) const;

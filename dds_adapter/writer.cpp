@@ -208,6 +208,13 @@ class WriterCore final : private fast::WriterListener {
 
   [[nodiscard]] std::size_t matched() const { return endpoint_.foreign(matched_); }
 
+  void forget_written() {
+    if (keeps_read_) {
+      const std::lock_guard lock{write_mutex_};
+      drop_read();
+    }
+  }
+
   [[nodiscard]] bool wait_until_received(std::chrono::nanoseconds limit) const {
     const auto end = std::chrono::steady_clock::now() + limit;
     if (!large_.wait_until_idle(limit)) {
@@ -316,15 +323,22 @@ class WriterCore final : private fast::WriterListener {
     if (refused_ != 0 && !std::exchange(is_separate_, true)) {
       fast::send_to_each_reader_alone(*writer_);
     }
-    if (forgets_ && unacknowledged_->none()) {
-      writer_->clear_history(nullptr);
-    }
+    drop_read();
     const bool overwrites = unacknowledged_ && unacknowledged_->next_overwrites();
     const auto number = related == nullptr ? hand_over(sample) : hand_over(sample, *related);
+    keeps_read_ = forgets_ && (keeps_read_ || number);
     if (number && overwrites) {
       on_overwritten();
     }
     return number;
+  }
+
+  /// Drops the samples that all readers have; under write_mutex_.
+  void drop_read() {
+    if (keeps_read_ && unacknowledged_->none()) {
+      writer_->clear_history(nullptr);
+      keeps_read_ = false;
+    }
   }
 
   // The overload with a handle returns why it refuses.
@@ -427,14 +441,16 @@ class WriterCore final : private fast::WriterListener {
   const std::shared_ptr<ParticipantCore> participant_;
   /// A volatile writer drops a sample when the last reader that lacks it leaves; in some versions of Fast DDS
   /// it then waits for itself for ever. A transient-local one never does. So we announce transient-local,
-  /// which offers more than was asked for, and drop samples that all readers have when the next one is
-  /// written. Readers that want samples which are not kept are then reported by the participant, not by DDS.
+  /// which offers more than was asked for, and drop samples that all readers have when the next one comes, be
+  /// it written or not. Readers that want samples which are not kept are then reported by the participant,
+  /// not by DDS.
   const bool forgets_;
   std::atomic<std::uint64_t> unserved_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
   ParticipantCore::Endpoint endpoint_;  ///< does not change once it is open
   std::mutex write_mutex_;
-  bool is_separate_ = false;  ///< under write_mutex_
+  std::atomic<bool> keeps_read_ = false;  ///< perhaps samples that all readers have; set under write_mutex_
+  bool is_separate_ = false;              ///< under write_mutex_
   const std::size_t max_sample_bytes_;
   /// DDS's own thread sends, which costs small samples a change of threads. Used where the caller must learn
   /// at once what becomes of a sample: whether there is room for it, or what its number is.
@@ -478,6 +494,9 @@ tl::expected<std::uint64_t, WriteError> Writer::write_related(std::span<const By
 }
 bool Writer::reaches(const Guid& reader) {
   return core_->reaches(reader);
+}
+void Writer::forget_written() {
+  core_->forget_written();
 }
 std::size_t Writer::matched() const {
   return core_->matched();

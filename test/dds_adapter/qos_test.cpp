@@ -131,6 +131,36 @@ TEST_F(QualityOfService, OfAVolatileWriterIsNamedToWhoWantsWhatWasBefore) {
   EXPECT_EQ(early.counters().incompatible_qos, 1U);
 }
 
+// As `ros2 topic echo` does, which asks for the durability that it sees, and comes and goes.
+TEST_F(QualityOfService, OfAVolatileWriterIsNoReasonToGiveWhatIsOld) {
+  const Qos wants_history = with([](Qos& qos) { qos.transient_local = true; });
+  Participant from{config()};
+  Participant to{config()};
+  Writer writer = from.create_writer(topic, type, Qos{});
+  Inbox<Bytes> inbox;
+  const auto read = [&](const Qos& qos) {
+    return to.create_reader(topic, type, qos, [&](const Sample& sample) { inbox.put(copy(sample.cdr())); });
+  };
+  {
+    const Reader early = read(Qos{});
+    ASSERT_TRUE(eventually([&] { return writer.matched() == 1 && early.matched() == 1; }));
+    ASSERT_TRUE(writer.write(make_sample(100, 1)));
+    ASSERT_TRUE(inbox.wait_for_count(1));
+  }
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 0; }));
+  writer.forget_written();
+  const Reader asks_more = read(wants_history);  // served, or not, by the version of Fast DDS
+  const Reader late = read(Qos{});
+  ASSERT_TRUE(eventually([&] { return writer.matched() > 0 && late.matched() == 1; }));
+  // Again and again, as it may be late, too.
+  ASSERT_TRUE(eventually([&] { return !writer.write(make_sample(100, 2)) || inbox.size() > 2; }));
+  std::vector<Bytes> got = inbox.take();
+  ASSERT_FALSE(got.empty());
+  EXPECT_EQ(got.front(), make_sample(100, 1));
+  got.erase(got.begin());
+  EXPECT_THAT(got, Each(make_sample(100, 2)));
+}
+
 TEST_F(QualityOfService, MatchesWhereMoreIsOfferedThanWanted) {
   const auto more = [](Qos& qos) {
     qos.transient_local = true;

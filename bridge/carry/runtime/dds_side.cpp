@@ -21,6 +21,7 @@ class OwnWriter final : public DdsWriter {
   tl::expected<void, dds::WriteError> write(std::span<const ByteView> slices) override {
     return writer_.write(slices);
   }
+  void forget_written() override { writer_.forget_written(); }
   std::size_t matched() const override { return writer_.matched(); }
   dds::WriterCounters counters() const override { return writer_.counters(); }
 

@@ -23,6 +23,7 @@ class DdsReader : public Interface {
 class DdsWriter : public Interface {
  public:
   virtual tl::expected<void, dds::WriteError> write(std::span<const ByteView> slices) = 0;
+  virtual void forget_written() = 0;
   [[nodiscard]] virtual std::size_t matched() const = 0;
   [[nodiscard]] virtual dds::WriterCounters counters() const = 0;
 };

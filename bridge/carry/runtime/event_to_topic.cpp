@@ -218,6 +218,9 @@ class EventToTopic final : public RunningRoute {
     // A late joiner of a transient-local topic wants what was written before it came.
     if (!writer_ || (writer_->matched() == 0 && !route_.qos.transient_local)) {
       ++no_reader_;
+      if (writer_) {
+        writer_->forget_written();
+      }
       return;
     }
     const auto before = context_.clock.now();

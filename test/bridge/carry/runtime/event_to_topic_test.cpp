@@ -93,6 +93,17 @@ TEST_F(EventToTopicTest, CountsByTheirReasonsThoseThatAreNotCarried) {
   EXPECT_EQ(count("carried"), 0U);
 }
 
+// Who comes next must not take the value of then for that of now.
+TEST_F(EventToTopicTest, ForgetsWhatIsOldWhereNobodyReadsWhatIsNew) {
+  start();
+  send(hello);
+  dds_.matched = 0;
+  EXPECT_THAT(dds_.written, ElementsAre(hello_cdr));
+  send(hello);
+  EXPECT_EQ(count("no_reader"), 1U);
+  EXPECT_THAT(dds_.written, IsEmpty());
+}
+
 TEST_F(EventToTopicTest, DropsWhatFailsItsCheckAndTellsOfIt) {
   settings().e2e.emplace();
   start();

@@ -129,6 +129,7 @@ class FakeDds final : public carry::DdsSide {
       of.written.push_back(joined(slices));
       return {};
     }
+    void forget_written() override { of.written.clear(); }
     std::size_t matched() const override { return of.matched; }
     dds::WriterCounters counters() const override { return {.refused = refused}; }
     FakeDds& of;
