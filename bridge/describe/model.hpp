@@ -389,7 +389,8 @@ struct ObservedUse {
 
 /// A system's interfaces.
 struct Model {
-  std::vector<std::string> files{};  ///< that it was read from, as they were named
+  std::vector<std::string> files{};          ///< that it was read from, as they were named
+  std::set<std::uint32_t> configurations{};  ///< which of them are configurations of vsomeip
   std::vector<Type> types{};
   std::vector<Service> services{};
   std::vector<Instance> instances{};

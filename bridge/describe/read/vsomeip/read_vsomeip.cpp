@@ -518,6 +518,7 @@ Reading read_vsomeip(std::span<const SourceText> sources, std::size_t max_bytes)
   for (const SourceText& source : sources) {
     const auto file = static_cast<std::uint32_t>(reading.model.files.size());
     reading.model.files.push_back(source.name);
+    reading.model.configurations.insert(file);
     Problems problems{source.name, max_problems};
     if (source.text.size() > max_bytes) {
       problems.error(documents::Mark{}, fmt::format("the file has {} bytes; expected at most {}",
