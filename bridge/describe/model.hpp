@@ -329,6 +329,7 @@ struct Multicast {
   // Where a source says this, and the threshold; as Transfer::transport_at.
   std::optional<Place> group_at{};
   std::optional<Place> threshold_at{};
+  bool has_usual_port = false;  ///< nobody says the port of the group: it is that of the instance
   friend bool operator==(const Multicast& one, const Multicast& other) noexcept {
     return one.eventgroup == other.eventgroup && one.group == other.group && one.threshold == other.threshold;
   }

@@ -436,7 +436,7 @@ TEST(Join, TakesWhatOneSaysBeforeTheDefaultOfAnother) {
   Instance& other = second.instances[0];
   other.multicast = known.multicast;
   other.multicast[0].group.port = 30501;  // that of the instance
-  other.multicast[0].group_at.reset();
+  other.multicast[0].has_usual_port = true;
   other.multicast[0].threshold = 4;
   other.multicast[0].threshold_at = Place{};
   other.timing = sd::Timing{.initial_delay_max = 3s, .ttl_s = 5};
