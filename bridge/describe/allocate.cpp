@@ -86,6 +86,9 @@ class Allocation {
       } else if (instance.service_id) {
         nameless_.insert(*instance.service_id);
       }
+      if (instance.role == Instance::Role::provided) {
+        offered_.insert(instance.service);
+      }
     }
     for (Service* const one : bases_first()) {
       Service& service = *one;
@@ -351,7 +354,8 @@ class Allocation {
   }
 
   /// Events without an eventgroup join those of what they are inherited from, else the lowest one that there
-  /// is. Of what a capture alone knows, it stays open: a guess would look like something that was seen.
+  /// is. Of what a capture or the configuration of a client alone knows, it stays open: a guess would look
+  /// like something that was seen.
   void eventgroups(Service& service) {
     const auto lowest = std::ranges::min_element(service.eventgroups, {}, &Eventgroup::id);
     const bool has_some = lowest != service.eventgroups.end();
@@ -373,8 +377,11 @@ class Allocation {
     std::string first;
     Place place;
     std::size_t count = 0;
+    const std::string name = full_name(service.scope, service.name);
+    const bool is_of_client = named_.contains(name) && !offered_.contains(name);
     const auto join = [&](auto& element, const std::string& key, const Place& of_id, bool has_id) {
-      if (!element.eventgroups.empty() || (element.observed_bytes && !element.payload.known)) {
+      if (!element.eventgroups.empty() ||
+          (!element.payload.known && (element.observed_bytes || is_of_client))) {
         return;
       }
       if (const auto inherited = of_base.find(key);
@@ -477,6 +484,7 @@ class Allocation {
   std::map<std::string, std::set<std::string>> heirs_{};  ///< of each service: who extends it
   std::set<std::string, std::less<>> named_{};            ///< services that have instances: by name
   std::set<someip::ServiceId> nameless_{};                ///< and by id
+  std::set<std::string, std::less<>> offered_{};          ///< services that somebody provides
   std::vector<documents::Problem> problems_{};
 };
 

@@ -39,7 +39,7 @@ void Contradictions::warn_of_two_hosts(std::string_view element, const SaidValue
 }
 
 bool Contradictions::is_configuration(const Place& place) const {
-  return place.file < model_.files.size() && model_.files[place.file].find(".json") != std::string::npos;
+  return model_.configurations.contains(place.file);
 }
 
 void Contradictions::tell_once(const Tell& tell, const Place& place, std::string text) {

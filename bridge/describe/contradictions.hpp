@@ -22,7 +22,7 @@ class Contradictions {
  public:
   using Tell = std::function<void(const Place& place, std::string text)>;
 
-  /// @param model  names the files of places.
+  /// @param model  names the files of places, and knows which are configurations of vsomeip.
   /// @param warn  tells of what is settled by a rule: see settle().
   Contradictions(const Model& model, Tell tell, Tell warn)
       : model_{model}, tell_{std::move(tell)}, warn_{std::move(warn)} {}

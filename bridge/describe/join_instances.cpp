@@ -26,6 +26,11 @@ Place said_place(const Instance& instance, std::string_view setting) {
   return found == instance.said_at.end() ? instance.place : found->second;
 }
 
+/// Of an instance with an address.
+SaidValue said_address(const Instance& instance) {
+  return {someip::to_string(*instance.address), said_place(instance, "address")};
+}
+
 /// "instance 0x0001 of car.Door"
 std::string name_of_instance(const Instance& instance) {
   const std::string service =
@@ -76,18 +81,7 @@ class InstanceJoin {
 
   void run() {
     fill(to_.service_id, from_.service_id);
-    if (to_.address && from_.address) {
-      if (*to_.address != *from_.address) {
-        if (tell("the address", "address", someip::to_string(*to_.address),
-                 someip::to_string(*from_.address))) {
-          to_.address = from_.address;
-          hold("address");
-        }
-      }
-    } else {
-      fill(to_.address, from_.address);
-      take_place("address");  // and no other: tell_of_addresses() asks who says one
-    }
+    address();
     number("udp_port", "the UDP port", to_.udp_port, from_.udp_port);
     number("tcp_port", "the TCP port", to_.tcp_port, from_.tcp_port);
     number("major", "the major version", to_.major, from_.major);
@@ -120,6 +114,17 @@ class InstanceJoin {
     fill(to_.notes, from_.notes);
   }
 
+  void address() {
+    if (!to_.address || !from_.address) {
+      fill(to_.address, from_.address);
+      take_place("address");  // and no other: tell_of_addresses() asks who says one
+    } else if (*to_.address != *from_.address &&
+               tell("the address", said_address(to_), said_address(from_))) {
+      to_.address = from_.address;
+      hold("address");
+    }
+  }
+
  private:
   void take_place(std::string_view setting) {
     if (const auto found = from_.said_at.find(setting); found != from_.said_at.end()) {
@@ -130,11 +135,12 @@ class InstanceJoin {
   /// @return whether the other value holds.
   bool tell(std::string_view what, std::string_view setting, const std::string& known,
             const std::string& other) {
-    if (to_.role == Instance::Role::required) {
-      return false;  // of several clients each may have its own
-    }
-    return contradictions_.settle(name_of_instance(to_), what, {known, said_place(to_, setting)},
-                                  {other, said_place(from_, setting)});
+    return tell(what, {known, said_place(to_, setting)}, {other, said_place(from_, setting)});
+  }
+  bool tell(std::string_view what, const SaidValue& known, const SaidValue& other) {
+    // Of several clients each may have its own.
+    return to_.role != Instance::Role::required &&
+           contradictions_.settle(name_of_instance(to_), what, known, other);
   }
   void hold(std::string_view setting) { to_.said_at.insert_or_assign(setting, said_place(from_, setting)); }
 
@@ -193,39 +199,32 @@ class InstanceJoin {
     }
     const auto compare = [&](const char* what, std::string first, const std::optional<Place>& first_at,
                              std::string second, const std::optional<Place>& second_at) {
-      if (first == second || to_.role == Instance::Role::required) {
-        return false;
-      }
-      return contradictions_.settle(
-          name_of_instance(to_),
-          fmt::format("for eventgroup 0x{:04x} {}", someip::value(group.eventgroup), what),
-          {std::move(first), first_at.value_or(to_.place)},
-          {std::move(second), second_at.value_or(from_.place)});
+      return first != second &&
+             tell(fmt::format("for eventgroup 0x{:04x} {}", someip::value(group.eventgroup), what),
+                  {std::move(first), first_at.value_or(to_.place)},
+                  {std::move(second), second_at.value_or(from_.place)});
     };
-    // Where group_at is missing, nobody says the port.
-    if (known->group.address != group.group.address) {
-      if (compare("the multicast address", someip::to_string(known->group.address), known->group_at,
-                  someip::to_string(group.group.address), group.group_at)) {
-        known->group = group.group;
-        known->group_at = group.group_at;
+    const auto takes_group = [&] {
+      if (known->group.address != group.group.address) {
+        return compare("the multicast address", someip::to_string(known->group.address), known->group_at,
+                       someip::to_string(group.group.address), group.group_at);
       }
-    } else if (known->group_at && group.group_at) {
-      if (compare("the multicast port", fmt::to_string(known->group.port), known->group_at,
-                  fmt::to_string(group.group.port), group.group_at)) {
-        known->group = group.group;
-        known->group_at = group.group_at;
-      }
-    } else if (group.group_at) {
+      return !group.has_usual_port &&
+             (known->has_usual_port ||
+              compare("the multicast port", fmt::to_string(known->group.port), known->group_at,
+                      fmt::to_string(group.group.port), group.group_at));
+    };
+    if (takes_group()) {
       known->group = group.group;
       known->group_at = group.group_at;
+      known->has_usual_port = group.has_usual_port;
     }
-    if (known->threshold_at && group.threshold_at) {
-      if (compare("the threshold", fmt::to_string(known->threshold), known->threshold_at,
-                  fmt::to_string(group.threshold), group.threshold_at)) {
-        known->threshold = group.threshold;
-        known->threshold_at = group.threshold_at;
-      }
-    } else if (group.threshold_at || (!known->threshold_at && known->threshold == 0)) {
+    const bool takes_threshold =
+        known->threshold_at && group.threshold_at
+            ? compare("the threshold", fmt::to_string(known->threshold), known->threshold_at,
+                      fmt::to_string(group.threshold), group.threshold_at)
+            : group.threshold_at || (!known->threshold_at && known->threshold == 0);
+    if (takes_threshold) {
       known->threshold = group.threshold;
       known->threshold_at = group.threshold_at;
     }
@@ -284,22 +283,19 @@ void tell_of_addresses(std::span<Instance> instances,
       if (other == all.begin() + static_cast<std::ptrdiff_t>(i)) {
         continue;
       }
-      const Place first_at = said_place(**other, "address");
-      const Place at = said_place(one, "address");
-      const SaidValue first_said{someip::to_string(*(*other)->address), first_at};
-      const SaidValue said{someip::to_string(*one.address), at};
-      if (contradictions.is_configuration(first_at) && contradictions.is_configuration(at)) {
-        contradictions.warn_of_two_hosts(name_of_instance(one), first_said, said);
-      } else if (contradictions.is_configuration(first_at) || contradictions.is_configuration(at)) {
-        const bool second_holds =
-            contradictions.settle(name_of_instance(one), "the address", first_said, said);
-        Instance& loser = second_holds ? **other : one;
-        const Instance& winner = second_holds ? one : **other;
-        loser.address = winner.address;
-        loser.said_at.insert_or_assign("address", second_holds ? at : first_at);
+      const SaidValue first = said_address(**other);
+      const SaidValue second = said_address(one);
+      const bool first_is_configured = contradictions.is_configuration(first.place);
+      const bool second_is_configured = contradictions.is_configuration(second.place);
+      if (first_is_configured && second_is_configured) {
+        contradictions.warn_of_two_hosts(name_of_instance(one), first, second);
+      } else if (first_is_configured || second_is_configured) {
+        InstanceJoin{**other, one, contradictions}.address();
+        one.address = (*other)->address;
+        one.said_at.insert_or_assign("address", said_place(**other, "address"));
       } else {
-        Instance first = **other;  // all that they say differently is told at once
-        add_instance(first, one, contradictions);
+        Instance known = **other;  // all that they say differently is told at once
+        add_instance(known, one, contradictions);
       }
     }
   }

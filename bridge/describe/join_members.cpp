@@ -30,6 +30,22 @@ void fill(std::vector<someip::EventgroupId>& to, const std::vector<someip::Event
   }
 }
 
+void compare_protections(std::string_view message, const Protection& first, const Place& first_at,
+                         const Protection& second, const Place& second_at, Contradictions& contradictions) {
+  contradictions.compare(message, "the E2E profile", {first.profile, first_at}, {second.profile, second_at});
+  const auto common = [&](const auto& all, const auto& others) {
+    for (const auto& [key, value] : all) {
+      if (const auto other = others.find(key); other != others.end()) {
+        contradictions.compare(message, fmt::format("for E2E the {}", key),
+                               {fmt::format("{}", value), first_at},
+                               {fmt::format("{}", other->second), second_at});
+      }
+    }
+  };
+  common(first.numbers, second.numbers);
+  common(first.words, second.words);
+}
+
 namespace {
 
 /// Two descriptions of one message: what the first does not say is taken from the second.
@@ -59,20 +75,9 @@ class Message {
       to = from;
       return;
     }
-    if (from.profile.empty()) {
-      return;
+    if (!from.profile.empty()) {
+      compare_protections(name_, to, first_, from, second_, contradictions_);
     }
-    differ("the E2E profile", to.profile, from.profile);
-    const auto common = [this](const auto& all, const auto& others) {
-      for (const auto& [key, value] : all) {
-        if (const auto other = others.find(key); other != others.end()) {
-          differ(fmt::format("for E2E the {}", key), fmt::format("{}", value),
-                 fmt::format("{}", other->second));
-        }
-      }
-    };
-    common(to.numbers, from.numbers);
-    common(to.words, from.words);
   }
 
   template <typename Time>

@@ -257,6 +257,9 @@ void append(Model& to, Model from) {
   shift.each(from.machines);
   shift.each(from.constants);
   shift.each(from.collections);
+  for (const std::uint32_t file : from.configurations) {
+    to.configurations.insert(file + static_cast<std::uint32_t>(to.files.size()));
+  }
   move_to_end(to.files, from.files);
   move_to_end(to.types, from.types);
   move_to_end(to.services, from.services);

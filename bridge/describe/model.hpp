@@ -329,6 +329,7 @@ struct Multicast {
   // Where a source says this, and the threshold; as Transfer::transport_at.
   std::optional<Place> group_at{};
   std::optional<Place> threshold_at{};
+  bool has_usual_port = false;  ///< nobody says the port of the group: it is that of the instance
   friend bool operator==(const Multicast& one, const Multicast& other) noexcept {
     return one.eventgroup == other.eventgroup && one.group == other.group && one.threshold == other.threshold;
   }
@@ -389,7 +390,8 @@ struct ObservedUse {
 
 /// A system's interfaces.
 struct Model {
-  std::vector<std::string> files{};  ///< that it was read from, as they were named
+  std::vector<std::string> files{};          ///< that it was read from, as they were named
+  std::set<std::uint32_t> configurations{};  ///< which of them are configurations of vsomeip
   std::vector<Type> types{};
   std::vector<Service> services{};
   std::vector<Instance> instances{};

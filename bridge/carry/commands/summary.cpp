@@ -7,6 +7,7 @@
 #include <array>
 #include <functional>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -250,6 +251,7 @@ void append_maps(std::string& out, const std::vector<Route>& routes, const cli::
 }
 
 using Row = std::array<std::string, 9>;
+constexpr std::size_t route_name = 7;  ///< its column
 
 Row row(const Route& route, const IdNames& names) {
   return {route.topic,
@@ -263,17 +265,14 @@ Row row(const Route& route, const IdNames& names) {
           route.type};
 }
 
-constexpr const char* name_title = "NAME";
-
-/// A column of names that has none is left out.
+/// @param optional  the column that is left out if it is empty.
 template <typename Cells>
-void append_table(std::string& out, const std::vector<Cells>& rows, const cli::Colours& colours) {
+void append_table(std::string& out, const std::vector<Cells>& rows, const cli::Colours& colours,
+                  std::optional<std::size_t> optional = std::nullopt) {
   std::array<std::size_t, std::tuple_size_v<Cells>> widths{};
-  const auto names =
-      static_cast<std::size_t>(std::ranges::find(rows.front(), name_title) - rows.front().begin());
-  const bool has_names =
-      names < widths.size() && std::ranges::any_of(rows.begin() + 1, rows.end(),
-                                                   [&](const Cells& cells) { return !cells[names].empty(); });
+  const bool has_all =
+      !optional || std::ranges::any_of(rows.begin() + 1, rows.end(),
+                                       [&](const Cells& cells) { return !cells[*optional].empty(); });
   for (const Cells& cells : rows) {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       widths[i] = std::max(widths[i], cells[i].size());
@@ -283,7 +282,7 @@ void append_table(std::string& out, const std::vector<Cells>& rows, const cli::C
     const bool is_title = &cells == &rows.front();
     out += is_title ? colours.dim : "";
     for (std::size_t i = 0; i < cells.size(); ++i) {
-      if (i == names && !has_names) {
+      if (i == optional && !has_all) {
         continue;
       }
       out += i + 1 == cells.size() ? "  " + cells[i] : fmt::format("  {:<{}}", cells[i], widths[i]);
@@ -363,6 +362,7 @@ void append_patterns(std::string& out, const BridgeConfig& config, const cli::Co
 }
 
 using MethodRow = std::array<std::string, 8>;
+constexpr std::size_t method_name = 6;
 
 MethodRow row(const MethodRoute& method, const IdNames& names) {
   const std::string transport = !method.transport                     ? "as offered"
@@ -504,17 +504,17 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours, con
 
   if (!config.routes.empty()) {
     std::vector<Row> rows{
-        {"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", name_title, "TYPE"}};
+        {"TOPIC", "", "SERVICE.INSTANCE", "EVENT", "GROUP", "VERSION", "PORT", "NAME", "TYPE"}};
     std::ranges::transform(config.routes, std::back_inserter(rows),
                            [&](const Route& route) { return row(route, names); });
-    append_table(out, rows, colours);
+    append_table(out, rows, colours, route_name);
   }
   if (!config.methods.empty()) {
     std::vector<MethodRow> rows{
-        {"ROS SERVICE", "", "SERVICE.INSTANCE", "METHOD", "VERSION", "PORT", name_title, "TYPE"}};
+        {"ROS SERVICE", "", "SERVICE.INSTANCE", "METHOD", "VERSION", "PORT", "NAME", "TYPE"}};
     std::ranges::transform(config.methods, std::back_inserter(rows),
                            [&](const MethodRoute& method) { return row(method, names); });
-    append_table(out, rows, colours);
+    append_table(out, rows, colours, method_name);
   }
   append_patterns(out, config, colours);
   const std::vector<Route> routes = with_patterns(config);

@@ -153,8 +153,11 @@ class RouteFile {
  private:
   /// Where a value of a route stands, if it is there.
   static describe::Place place_of(const YAML::Node& element, const char* key) {
-    const YAML::Node node = child(element, key);
-    return node.IsDefined() ? describe::Place{0, documents::to_mark(node.Mark())} : describe::Place{};
+    return place_of(child(element, key)).value_or(describe::Place{});
+  }
+  static std::optional<describe::Place> place_of(const YAML::Node& node) {
+    return node.IsDefined() ? std::optional{describe::Place{0, documents::to_mark(node.Mark())}}
+                            : std::nullopt;
   }
 
   /// The service of a route, made when it is the first one of it.
@@ -428,12 +431,7 @@ class RouteFile {
   /// Of the settings only what stands in the file.
   static describe::Transfer transfer(Transport transport, const TpSettings& tp, const YAML::Node& element) {
     describe::Transfer transfer{.transport = transport};
-    const auto place_of = [](const YAML::Node& node) {
-      return describe::Place{0, documents::to_mark(node.Mark())};
-    };
-    if (const YAML::Node said = child(element, "transport"); said.IsDefined()) {
-      transfer.transport_at = place_of(said);
-    }
+    transfer.transport_at = place_of(child(element, "transport"));
     const YAML::Node written = child(element, "tp");
     if (const YAML::Node bytes = child(written, "segment_bytes"); bytes.IsDefined()) {
       transfer.segment_bytes = static_cast<std::uint32_t>(tp.segment_bytes);

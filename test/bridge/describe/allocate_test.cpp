@@ -91,6 +91,22 @@ TEST(AllocateIds, TellsWhichEventsNobodyHasPutIntoAnEventgroup) {
             "Door.fdepl:7:9: warning: Door.moved and 2 more are in no eventgroup: 0x0004 is taken\n");
 }
 
+/// Which eventgroups there are, a client of vsomeip has in its program.
+TEST(AllocateIds, LeavesEventgroupsOpenOfWhichAClientAloneTells) {
+  const auto told = [](Instance::Role role) {
+    Service one{.name = "service_0001", .id = someip::ServiceId{1}};
+    one.events = {{.name = "event_8001", .id = someip::MethodId{0x8001}, .payload = {.known = false}}};
+    Model model{.services = {one}, .instances = {{.role = role, .service = "service_0001"}}};
+    model.instances[0].id = someip::InstanceId{1};
+    IdLock lock;
+    const std::size_t count = allocate_ids(model, lock).size();
+    EXPECT_EQ(model.services[0].events[0].eventgroups.size(), count);
+    return count;
+  };
+  EXPECT_EQ(told(Instance::Role::required), 0U);
+  EXPECT_EQ(told(Instance::Role::provided), 1U);
+}
+
 TEST(AllocateIds, GivesWhatIsInheritedTheEventgroupsOfItsBase) {
   Model model{.services = {service("Front"), service("Door")}};
   model.services[0].base = "car.Door";

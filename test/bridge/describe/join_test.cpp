@@ -38,7 +38,7 @@ Model described() {
 
 /// As vsomeip JSON tells of it.
 Model configured() {
-  Model model{.files = {"vsomeip.json"}};
+  Model model{.files = {"vsomeip.json"}, .configurations = {0}};
   Service service{.name = "service_1234", .id = someip::ServiceId{0x1234}};
   service.events = {
       {.name = "event_8001", .id = someip::MethodId{0x8001}, .eventgroups = {someip::EventgroupId{5}}},
@@ -98,7 +98,7 @@ Model named() {
 
 /// The same ids, and nothing that one could know of them.
 Model unnamed() {
-  Model model{.files = {"vsomeip.json"}};
+  Model model{.files = {"vsomeip.json"}, .configurations = {0}};
   Service service{.name = "service_1234", .id = someip::ServiceId{0x1234}};
   service.events = {{.name = "event_8001", .id = someip::MethodId{0x8001}, .payload = {.known = false}}};
   for (const int id : {1, 2, 3}) {
@@ -360,6 +360,7 @@ TEST(Join, TellsOfSettingsThatContradict) {
   second.timing = sd::Timing{.initial_delay_max = 500ms, .ttl_s = 5};
   second.said_at["ttl"] = {.file = 0, .mark = {6, 9}};
   other.files = {"car.arxml"};
+  other.configurations.clear();
   const auto text = [](const char* at, const std::string& here, const std::string& there) {
     return fmt::format(
         "car.arxml:{}: error: instance 0x0001 of car.Door has {} here, but {}: make them the same, "
@@ -407,6 +408,10 @@ TEST(Join, TakesSettingsOfHostsFromTheConfigurationOfVsomeip) {
     EXPECT_EQ(both.instances[0].udp_port, 30501);
     EXPECT_EQ(both.instances[0].multicast.at(0).group, second.multicast[0].group);
   }
+  // A model in JSON is no configuration.
+  Model described_in_json = json;
+  described_in_json.configurations.clear();
+  EXPECT_THAT(told_of(fdepl, described_in_json), testing::Each(HasSubstr("error: ")));
   // Two hosts may list a service that one of them offers.
   Model other = unnamed();
   other.files = {"other.json"};
@@ -431,7 +436,7 @@ TEST(Join, TakesWhatOneSaysBeforeTheDefaultOfAnother) {
   Instance& other = second.instances[0];
   other.multicast = known.multicast;
   other.multicast[0].group.port = 30501;  // that of the instance
-  other.multicast[0].group_at.reset();
+  other.multicast[0].has_usual_port = true;
   other.multicast[0].threshold = 4;
   other.multicast[0].threshold_at = Place{};
   other.timing = sd::Timing{.initial_delay_max = 3s, .ttl_s = 5};
@@ -486,6 +491,7 @@ TEST(Join, TellsOfTwoAddressesThatNoHostsExplain) {
   Model other = unnamed();
   other.instances[0].address = IpAddress::v4(10, 0, 0, 2);
   other.files = {"car.arxml"};
+  other.configurations.clear();
   EXPECT_THAT(told_of(model, other),
               ElementsAre(HasSubstr("car.arxml: error: instance 0x0001 of car.Door has the address 10.0.0.2 "
                                     "here, but 10.0.0.1 at Door.fidl: make them the same")));

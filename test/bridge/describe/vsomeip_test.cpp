@@ -216,9 +216,8 @@ TEST(ReadVsomeip, TellsAllThatIsWrongWithPlaces) {
                           "config/car.json:6:81: error: expected an event id, a whole number from 1 to 65534 "
                           "such as \"0x12\" or 18, "
                           "not an object",
-                          "config/car.json:7:5: warning: a second description of instance 0x0001 of service "
-                          "0x0002 is left out, as "
-                          "vsomeip does",
+                          "config/car.json:7:5: warning: a second description of instance 0x0001 of "
+                          "service_0002: what it adds is taken, but vsomeip takes the first alone",
                           "config/car.json:8:5: error: expected a service, an object, not '7'"));
 }
 
@@ -319,7 +318,7 @@ TEST(ReadVsomeip, JoinsTheFilesOfAFolder) {
   EXPECT_EQ(reading.model.instances[1].place.file, 2);
 }
 
-/// What vsomeip leaves out has to say the same.
+/// What vsomeip leaves out has to say the same as what it takes.
 TEST(ReadVsomeip, TellsOfInstancesThatAreDescribedTwice) {
   const auto both = [](const std::string& more) {
     return read_one(R"({"services": [
@@ -335,7 +334,8 @@ TEST(ReadVsomeip, TellsOfInstancesThatAreDescribedTwice) {
   EXPECT_THAT(told(both(R"(, "unreliable": 30502,
 "eventgroups": [{"eventgroup": 1, "multicast": {"address": "239.0.0.2", "port": 30490}}],
 "events": [{"event": "0x8001", "is_reliable": true}])")),
-              ElementsAre(text("4:45",
+              ElementsAre(HasSubstr("config/car.json:4:1: warning: a second description"),
+                          text("4:45",
                                "instance 0x0001 of service_0001 has the UDP port 30502 here, but 30501 at "
                                "config/car.json:2:45"),
                           text("5:48",
@@ -346,9 +346,153 @@ TEST(ReadVsomeip, TellsOfInstancesThatAreDescribedTwice) {
                                "config/car.json:2:98")));
   const Reading same = both(R"(, "unreliable": "0x7725", "events": [{"event": 32769}])");
   EXPECT_TRUE(same.ok());
-  EXPECT_THAT(told(same),
-              ElementsAre(HasSubstr("a second description of instance 0x0001 of service 0x0001 is left "
-                                    "out, as vsomeip does")));
+  EXPECT_THAT(told(same), ElementsAre(HasSubstr("a second description of instance 0x0001 of service_0001: "
+                                                "what it adds is taken, but vsomeip takes the first alone")));
+}
+
+/// As one host has them, whose applications have a file each.
+TEST(ReadVsomeip, JoinsWhatTwoFilesSayOfOneInstance) {
+  const std::vector<SourceText> sources{
+      {"net.json", R"({"unicast": "10.0.0.1", "services": [{"service": 1, "instance": 1,
+"events": [{"event": "0x8001"}, {"event": "0x8002", "is_reliable": false}],
+"eventgroups": [{"eventgroup": 1, "events": ["0x8001"], "multicast": "239.0.0.1", "threshold": 4}],
+"someip-tp": {"client-to-service": ["0x1", {"method": "0x2", "max-segment-length": 160}]}}]})"},
+      {"app.json", R"({"services": [{"service": 1, "instance": 1, "unreliable": 30501, "reliable": 30502,
+"events": [{"event": "0x8001", "is_field": true, "cycle": 100}, {"event": "0x8003", "is_reliable": true}],
+"eventgroups": [{"eventgroup": 1, "events": ["0x8003"]}, {"eventgroup": 2, "events": ["0x8002"]}],
+"someip-tp": {"client-to-service": [{"method": "0x1", "separation-time": 300}, "0x2"]},
+"debounce-times": {"requests": {"0x1": {"maximum-retention-time": 20}}}}]})"}};
+  for (const bool net_first : {true, false}) {
+    const Reading reading =
+        read_vsomeip(net_first ? sources : std::vector<SourceText>{sources[1], sources[0]});
+    EXPECT_THAT(told(reading), IsEmpty());
+    ASSERT_THAT(reading.model.instances, SizeIs(1));
+    const Instance& instance = reading.model.instances[0];
+    EXPECT_EQ(instance.address, IpAddress::v4(10, 0, 0, 1));
+    EXPECT_EQ(instance.udp_port, 30501);
+    EXPECT_EQ(instance.tcp_port, 30502);
+    EXPECT_THAT(instance.multicast,
+                ElementsAre(Multicast{someip::EventgroupId{1}, {IpAddress::v4(239, 0, 0, 1), 30501}, 4}));
+    const Service& service = reading.model.services.at(0);
+    EXPECT_THAT(service.eventgroups, SizeIs(2));
+    ASSERT_THAT(service.fields, SizeIs(1));
+    EXPECT_EQ(service.fields[0].cycle, 100ms);
+    EXPECT_THAT(service.fields[0].eventgroups, ElementsAre(someip::EventgroupId{1}));
+    ASSERT_THAT(service.events, SizeIs(2));
+    ASSERT_THAT(service.methods, SizeIs(2));
+    EXPECT_EQ(service.methods[0].request_transfer.segment_bytes, 1392U);
+    EXPECT_EQ(service.methods[0].request_transfer.separation, 300us);
+    EXPECT_EQ(service.methods[0].request_transfer.retention, 20ms);
+    EXPECT_EQ(service.methods[1].request_transfer.segment_bytes, 160U);
+  }
+}
+
+/// An event without "is_reliable" is carried by what the instance has, whichever file says it.
+TEST(ReadVsomeip, KnowsTheUsualTransportOfAllDescriptions) {
+  const SourceText bare{"a.json", R"({"services": [{"service": 1, "instance": 1,
+"events": [{"event": "0x8001"}], "someip-tp": {"client-to-service": ["0x1"]}}]})"};
+  const SourceText ported{"b.json", R"({"services": [{"service": 1, "instance": 1, "reliable": 30502}]})"};
+  for (const std::vector<SourceText>& sources :
+       {std::vector<SourceText>{bare, ported}, std::vector<SourceText>{ported, bare}}) {
+    const Reading reading = read_vsomeip(sources);
+    const Service& service = reading.model.services.at(0);
+    EXPECT_EQ(service.events.at(0).transfer.transport, Transport::tcp);
+    EXPECT_EQ(service.methods.at(0).request_transfer.transport, Transport::tcp);
+  }
+}
+
+TEST(ReadVsomeip, TellsOfTransfersThatAreSaidDifferently) {
+  const auto both = [](const char* instance, const char* other) {
+    const auto text = [](const char* id, const char* settings) {
+      return fmt::format(R"({{"services": [{{"service": 1, "instance": {}, {}}}]}})", id, settings);
+    };
+    const std::vector<SourceText> sources{
+        {"a.json", text("1", R"("someip-tp": {"client-to-service": [{"method": 2, "max-segment-length": 160}],
+"service-to-client": [{"method": "0x8001", "separation-time": 300}]},
+"debounce-times": {"responses": {"2": {"debounce-time": 5, "maximum-retention-time": 20}}})")},
+        {"b.json", text(instance, other)}};
+    return told(read_vsomeip(sources));
+  };
+  const char* const other = R"("someip-tp": {"client-to-service": [{"method": 2, "max-segment-length": 320}],
+"service-to-client": [{"method": "0x8001", "separation-time": 400}]},
+"debounce-times": {"responses": {"2": {"debounce-time": 5, "maximum-retention-time": 30}}})";
+  EXPECT_THAT(
+      both("1", other),
+      ElementsAre(
+          "b.json:1:117: error: the request of method 0x0002 has the bytes of a segment 320 here, but "
+          "160 at a.json:1:117: make them the same, or leave one of the two files out",
+          HasSubstr("b.json:2:63: error: event 0x8001 has the time between segments 400 us here, but "
+                    "300 us at a.json:2:63: make"),
+          HasSubstr("b.json:3:86: error: the answer of method 0x0002 has the retention time 30 ms "
+                    "here, but 20 ms at a.json:3:86: make")));
+  EXPECT_THAT(
+      both("2", other),
+      testing::AllOf(SizeIs(3),
+                     testing::Each(HasSubstr(", of another instance: an interface has one for all"))));
+}
+
+/// The file of the second is not the one that is read last.
+TEST(ReadVsomeip, TellsOfContradictionsInTheirFile) {
+  const std::vector<SourceText> sources{
+      {"net.json", R"({"unicast": "10.0.0.1"})"},
+      {"client.json",
+       R"({"unicast": "10.0.0.2", "services": [{"service": 1, "instance": 1, "unicast": "10.0.0.9"}]})"},
+      {"app.json", R"({"services": [{"service": 1, "instance": 1}]})"}};
+  EXPECT_THAT(told(read_vsomeip(sources)),
+              ElementsAre(HasSubstr("net.json:1:13: error: instance 0x0001 of service_0001 has the address "
+                                    "10.0.0.1 here, but 10.0.0.9 at client.json:1:79")));
+}
+
+/// Whoever uses a service has to know where it is.
+TEST(ReadVsomeip, KeepsTheClientOfAnotherHost) {
+  const auto both = [](const char* port) {
+    const std::vector<SourceText> sources{
+        {"server.json",
+         R"({"unicast": "10.0.0.1", "services": [{"service": 1, "instance": 1, "unreliable": 30501}]})"},
+        {"client.json", fmt::format(R"({{"unicast": "10.0.0.2", "services": [
+{{"service": 1, "instance": 1, "unicast": "10.0.0.1", "unreliable": {}}}]}})",
+                                    port)}};
+    return read_vsomeip(sources);
+  };
+  const Reading reading = both("30501");
+  EXPECT_THAT(told(reading), IsEmpty());
+  ASSERT_THAT(reading.model.instances, SizeIs(2));
+  EXPECT_EQ(reading.model.instances[0].role, Instance::Role::provided);
+  EXPECT_EQ(reading.model.instances[1].role, Instance::Role::required);
+  EXPECT_THAT(
+      told(both("30502")),
+      ElementsAre(HasSubstr("client.json:2:68: error: instance 0x0001 of service_0001 has the UDP port "
+                            "30502 here, but 30501 at server.json:1:")));
+}
+
+TEST(ReadVsomeip, TellsWhereAGroupStandsThatHasNoPort) {
+  const SourceText one{"a.json", R"({"services": [{"service": 1, "instance": 1, "eventgroups": [
+{"eventgroup": 1, "multicast": "239.0.0.1"},
+{"eventgroup": 1, "multicast": {"address": "239.0.0.2"}}]}]})"};
+  EXPECT_THAT(told(read_vsomeip({&one, 1})),
+              ElementsAre(HasSubstr("a.json:3:32: error: instance 0x0001 of service_0001 has for eventgroup "
+                                    "0x0001 the multicast address 239.0.0.2 here, but 239.0.0.1 at "
+                                    "a.json:2:32")));
+}
+
+TEST(ReadVsomeip, TellsOfProtectionsThatContradict) {
+  const auto both = [](const char* more) {
+    const SourceText one{"a.json", fmt::format(R"({{"e2e": {{"protected": [
+{{"service_id": 1, "event_id": "0x8001", "profile": "P04", "data_id": 1}},
+{{"service_id": 1, "event_id": "0x8001", "profile": {}}}]}}}})",
+                                               more)};
+    return read_vsomeip({&one, 1});
+  };
+  EXPECT_THAT(
+      told(both(R"("P04", "data_id": 2)")),
+      ElementsAre("a.json:3:1: error: event 0x8001 of service_0001 has for E2E the data_id 2 here, but "
+                  "1 at a.json:2:1: make them the same, or take one of them out"));
+  EXPECT_THAT(told(both(R"("P07", "data_id": 1)")),
+              ElementsAre(HasSubstr("has the E2E profile 7 here, but 4")));
+  const Reading more = both(R"("P04", "max_delta_counter": 3)");
+  EXPECT_THAT(told(more), IsEmpty());
+  EXPECT_THAT(more.model.services.at(0).events.at(0).e2e.numbers,
+              ElementsAre(testing::Pair("data_id", 1U), testing::Pair("max_delta_counter", 3U)));
 }
 
 TEST(ReadVsomeip, TellsOfEventsThatAreThereTwice) {

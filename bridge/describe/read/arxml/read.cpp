@@ -15,7 +15,7 @@ Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
   if (inputs.size() > max_files) {
     problems.error(Place{}, "there are more than 65535 files");
   } else {
-    arxml::Tree tree{options, problems};
+    arxml::Tree tree{options, model, problems};
     bool complete = true;
     for (std::size_t file = 0; file < inputs.size(); ++file) {
       complete = tree.add(inputs[file].stream, static_cast<std::uint16_t>(file)) && complete;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "bridge/describe/join.hpp"
 #include "bridge/messages/types/characters.hpp"
 
 namespace trestle::describe::arxml {
@@ -610,9 +611,8 @@ void Tree::index(Node& node, Node* named) {
       if (!is_new) {
         more_names_[Key{named, child->name}].push_back(child);
         if (there->second->tag == child->tag && node.tag == "ELEMENTS"_tag) {
-          problems_.warning(child->place(), path(child) +
-                                                " is declared twice; references mean the one in line " +
-                                                std::to_string(there->second->line));
+          problems_.warning(child->place(), path(child) + " is declared twice; references mean the one at " +
+                                                to_string(model_, there->second->place()));
         }
       }
     }

@@ -68,7 +68,9 @@ void each_in(const Node* node, Tag list, Tag tag, Visit visit) {
 /// kind in different files.
 class Tree {
  public:
-  Tree(const ArxmlOptions& options, Problems& problems) : options_{options}, problems_{problems} {}
+  /// @param model  names the files.
+  Tree(const ArxmlOptions& options, const Model& model, Problems& problems)
+      : options_{options}, model_{model}, problems_{problems} {}
   Tree(const Tree&) = delete;
   Tree& operator=(const Tree&) = delete;
 
@@ -102,6 +104,7 @@ class Tree {
   std::string_view keep(std::string_view text);
 
   const ArxmlOptions& options_;
+  const Model& model_;
   Problems& problems_;
   std::deque<Node> nodes_{};
   std::deque<std::string> text_{};

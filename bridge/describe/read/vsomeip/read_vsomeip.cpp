@@ -7,6 +7,7 @@
 #include <charconv>
 #include <utility>
 
+#include "bridge/describe/join_members.hpp"
 #include "bridge/describe/read/vsomeip/vsomeip_reader.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/types/characters.hpp"
@@ -44,14 +45,6 @@ std::optional<std::uint64_t> VsomeipReader::whole(std::string_view text) {
     return std::nullopt;
   }
   return number;
-}
-
-void VsomeipReader::error(const JsonNode& node, std::string text) {
-  problems_->error(node.mark, std::move(text));
-}
-
-void VsomeipReader::warning(const JsonNode& node, std::string text) {
-  problems_->warning(node.mark, std::move(text));
 }
 
 bool VsomeipReader::is_placeholder(const JsonNode* node) {
@@ -160,7 +153,7 @@ void VsomeipReader::check_keys(const JsonNode& node, const VsomeipKeys& known) {
       continue;
     }
     const std::string likely = documents::nearest(member.name, {known.names.begin(), known.names.end()});
-    problems_->warning(
+    problems().warning(
         member.name_mark,
         fmt::format("vsomeip knows no key {} of {}: it is left out{}", documents::quote(member.name),
                     known.of, likely.empty() ? "" : "; did you mean " + documents::quote(likely) + "?"));
@@ -169,13 +162,12 @@ void VsomeipReader::check_keys(const JsonNode& node, const VsomeipKeys& known) {
 
 void VsomeipReader::left_out(const JsonNode* member, const std::string& what) {
   if (member != nullptr && told_keys_.emplace("left out", member->name).second) {
-    problems_->warning(member->name_mark, documents::quote(member->name) + ": " + what);
+    problems().warning(member->name_mark, documents::quote(member->name) + ": " + what);
   }
 }
 
-void VsomeipReader::read(const JsonNode& root, std::uint32_t file, documents::Problems& problems) {
+void VsomeipReader::read(const JsonNode& root, std::uint32_t file) {
   file_ = file;
-  problems_ = &problems;
   if (object(&root, "a vsomeip configuration") == nullptr) {
     return;
   }
@@ -342,19 +334,13 @@ void VsomeipReader::npdu_defaults(const JsonNode& node) {
   time("max-retention-time-response", host().responses.retention);
 }
 
-std::size_t VsomeipReader::service_of(someip::ServiceId id, const JsonNode& node) {
+std::size_t VsomeipReader::service_of(someip::ServiceId id, const Place& at) {
   const auto [found, is_new] = services_.emplace(id, model_.services.size());
   if (is_new) {
     model_.services.push_back(
-        {.name = fmt::format("service_{:04x}", someip::value(id)), .id = id, .place = place(node)});
+        {.name = fmt::format("service_{:04x}", someip::value(id)), .id = id, .place = at});
   }
   return found->second;
-}
-
-Event& VsomeipReader::add_event(Service& service, Event event) {
-  event.payload.known = false;
-  events_[{*service.id, *event.id}] = {false, service.events.size()};
-  return service.events.emplace_back(std::move(event));
 }
 
 void VsomeipReader::client(const JsonNode& node) {
@@ -372,7 +358,7 @@ void VsomeipReader::client(const JsonNode& node) {
     return;
   }
   Instance instance{.role = Instance::Role::required,
-                    .service = model_.services[service_of(*service_id, node)].name,
+                    .service = model_.services[service_of(*service_id, place(node))].name,
                     .service_id = service_id,
                     .place = place(node)};
   if (instance_id && *instance_id != someip::any_instance) {
@@ -439,13 +425,21 @@ void VsomeipReader::protection(const JsonNode& node) {
   protected_.push_back(std::move(one));
 }
 
-Protection* VsomeipReader::e2e_of(Service& service, someip::MethodId id) {
-  if (const auto event = events_.find({*service.id, id}); event != events_.end()) {
-    const auto [is_field, at] = event->second;
-    return is_field ? &service.fields[at].e2e : &service.events[at].e2e;
+void VsomeipReader::protect(const Protected& one) {
+  Service& service = model_.services[service_of(one.service, one.place)];
+  const bool is_event = has_event(service, one.id) || someip::value(one.id) >= first_event_id;
+  Protection& e2e =
+      is_event ? event_of(service, one.id, {}, one.place).e2e : method_of(service, one.id, {}, one.place).e2e;
+  const auto [first, is_first] = protected_at_.try_emplace({one.service, one.id}, one.place);
+  if (is_first) {
+    e2e = one.e2e;
+    return;
   }
-  const auto method = methods_.find({*service.id, id});
-  return method == methods_.end() ? nullptr : &service.methods[method->second].e2e;
+  compare_protections(
+      fmt::format("{} 0x{:04x} of {}", is_event ? "event" : "method", someip::value(one.id), service.name),
+      e2e, first->second, one.e2e, one.place, contradictions_);
+  e2e.numbers.insert(one.e2e.numbers.begin(), one.e2e.numbers.end());
+  e2e.words.insert(one.e2e.words.begin(), one.e2e.words.end());
 }
 
 void VsomeipReader::take_address(Instance& instance, const VsomeipHost& host) {
@@ -461,20 +455,14 @@ void VsomeipReader::append_instance(Instance instance) {
 }
 
 void VsomeipReader::finish() {
-  for (Protected& one : protected_) {
-    file_ = one.place.file;
-    const JsonNode node{.mark = one.place.mark};
-    Service& service = model_.services[service_of(one.service, node)];
-    Protection* e2e = e2e_of(service, one.id);
-    if (e2e == nullptr && someip::value(one.id) >= first_event_id) {
-      e2e = &add_event(service, {.name = fmt::format("event_{:04x}", someip::value(one.id)),
-                                 .id = one.id,
-                                 .place = one.place})
-                 .e2e;
-    } else if (e2e == nullptr) {
-      e2e = &method_of(service, one.id, {}, node).e2e;
+  for (const Protected& one : protected_) {
+    protect(one);
+  }
+  for (Service& service : model_.services) {
+    if (const auto found = transports_.find(*service.id); found != transports_.end()) {
+      set_transports(service, model_.instances[found->second]);
     }
-    *e2e = std::move(one.e2e);
+    make_fields(service);
   }
   const auto is_machine = [](const VsomeipHost& host) {
     return host.address || host.sd_multicast || host.sd_port;
@@ -501,6 +489,11 @@ void VsomeipReader::finish() {
       take_address(instance, host);
       instance.machine = host.name;
     }
+    for (Multicast& group : instance.multicast) {
+      if (group.has_usual_port) {
+        group.group.port = instance.udp_port.value_or(0);
+      }
+    }
   }
 }
 
@@ -514,20 +507,26 @@ bool is_vsomeip(std::string_view text) {
 
 Reading read_vsomeip(std::span<const SourceText> sources, std::size_t max_bytes) {
   Reading reading;
-  VsomeipReader reader{reading.model};
+  std::vector<Problems> problems;
   for (const SourceText& source : sources) {
-    const auto file = static_cast<std::uint32_t>(reading.model.files.size());
+    reading.model.configurations.insert(static_cast<std::uint32_t>(problems.size()));
     reading.model.files.push_back(source.name);
-    Problems problems{source.name, max_problems};
-    if (source.text.size() > max_bytes) {
-      problems.error(documents::Mark{}, fmt::format("the file has {} bytes; expected at most {}",
-                                                    source.text.size(), max_bytes));
-    } else if (const auto root = parse_json(source.text, problems)) {
-      reader.read(*root, file, problems);
+    problems.emplace_back(source.name, max_problems);
+  }
+  VsomeipReader reader{reading.model, problems};
+  for (std::uint32_t file = 0; file < sources.size(); ++file) {
+    const std::string_view text = sources[file].text;
+    if (text.size() > max_bytes) {
+      problems[file].error(documents::Mark{},
+                           fmt::format("the file has {} bytes; expected at most {}", text.size(), max_bytes));
+    } else if (const auto root = parse_json(text, problems[file])) {
+      reader.read(*root, file);
     }
-    std::ranges::move(problems.take(), std::back_inserter(reading.problems));
   }
   reader.finish();
+  for (Problems& of_file : problems) {
+    std::ranges::move(of_file.take(), std::back_inserter(reading.problems));
+  }
   return reading;
 }
 

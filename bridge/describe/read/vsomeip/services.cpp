@@ -62,17 +62,7 @@ void VsomeipReader::service(const JsonNode& node) {
       instance.said_at[setting] = place(*found);
     }
   }
-  if (instance_id) {
-    const auto [known, is_new] = provided_.try_emplace({*service_id, instance_id}, model_.instances.size());
-    // Configurations of several hosts often list all services, whoever offers them.
-    const bool is_of_another_host = !is_new && hosts_of_instances_[known->second] != host_ &&
-                                    !instance.address && !model_.instances[known->second].address;
-    if (!is_new && !is_of_another_host) {
-      second(node, known->second, std::move(instance));
-      return;
-    }
-  }
-  const std::size_t at = service_of(*service_id, node);
+  const std::size_t at = service_of(*service_id, place(node));
   Service& service = model_.services[at];
   events(node, service, instance);
   const std::optional<Endpoint> shared = shared_group(node);
@@ -91,7 +81,7 @@ void VsomeipReader::service(const JsonNode& node) {
       }
     }
   }
-  append_instance(std::move(instance));
+  add_description(std::move(instance), node);
 }
 
 std::optional<std::uint16_t> VsomeipReader::endpoint(const JsonNode* node, const std::string& what) {
@@ -126,40 +116,84 @@ std::optional<Endpoint> VsomeipReader::shared_group(const JsonNode& service) {
                : std::nullopt;
 }
 
-void VsomeipReader::second(const JsonNode& node, std::size_t index, Instance other) {
-  constexpr std::size_t most = 100;  // are compared: a hostile file may have many, of a large instance
-  const auto leave_out = [&] {
-    warning(node, fmt::format("a second description of instance 0x{:04x} of service 0x{:04x} is left out, "
-                              "as vsomeip does",
-                              someip::value(*other.id), someip::value(*other.service_id)));
-  };
-  if (++seconds_ > most) {
-    leave_out();
+void VsomeipReader::add_description(Instance instance, const JsonNode& node) {
+  if (!instance.id) {
+    append_instance(std::move(instance));
     return;
   }
-  const std::size_t before = contradictions_.count();
-  Instance known = model_.instances[index];
-  take_address(known, hosts_[hosts_of_instances_[index]]);
-  take_address(other, host());
-  known.role = other.role = Instance::Role::provided;  // whose endpoint it is, whoever uses it
-  multicast_.clear();
-  const std::optional<Endpoint> shared = shared_group(node);
-  each(node.find("eventgroups"), "an eventgroup", JsonNode::Kind::object, [&](const JsonNode& one) {
-    if (one.find("eventgroup") != nullptr) {
-      if (const auto id = this->id<someip::EventgroupId>(one.find("eventgroup"), "an eventgroup id")) {
-        group(one, *id, shared, other);
-      }
-    }
+  std::vector<std::size_t>& all = described_[{*instance.service_id, instance.id}];
+  const auto same = std::ranges::find_if(all, [&](std::size_t one) {
+    return hosts_of_instances_[one] == host_ && model_.instances[one].role == instance.role;
   });
-  describe::add_instance(known, other, contradictions_);
-  for (const VsomeipEvent& one : events_of(node, other)) {
-    if (const auto event = said_events_.find({*other.service_id, one.id}); event != said_events_.end()) {
-      VsomeipEvent first = event->second;
-      join(first, one);
+  if (same != all.end()) {
+    Instance& known = model_.instances[*same];
+    if (!can_compare(known, instance, node)) {
+      return;
+    }
+    if (known.place.file == file_) {
+      warning(node, fmt::format("a second description of instance 0x{:04x} of {}: what it adds is taken, but "
+                                "vsomeip takes the first alone",
+                                someip::value(*instance.id), instance.service));
+    }
+    join(*same, instance);
+    return;
+  }
+  // Two hosts may list a service that one of them offers: describe::join() tells of it.
+  if (!all.empty()) {
+    const std::size_t first = all.front();
+    const bool are_servers =
+        instance.role == Instance::Role::provided && model_.instances[first].role == Instance::Role::provided;
+    if (!are_servers) {
+      if (!can_compare(model_.instances[first], instance, node)) {
+        return;
+      }
+      Instance known = model_.instances[first];
+      Instance other = instance;
+      take_address(known, hosts_[hosts_of_instances_[first]]);
+      take_address(other, host());
+      known.role = Instance::Role::provided;
+      describe::add_instance(known, other, contradictions_);
     }
   }
-  if (contradictions_.count() == before) {
-    leave_out();
+  all.push_back(model_.instances.size());
+  append_instance(std::move(instance));
+}
+
+bool VsomeipReader::can_compare(const Instance& known, const Instance& other, const JsonNode& node) {
+  constexpr std::size_t most = 10'000'000;  // each group of the second is looked for in those of the first
+  compared_ += (known.multicast.size() + 1) * (other.multicast.size() + 1);
+  if (compared_ > most) {
+    error(node,
+          "descriptions of instances that were described before have too many multicast groups to "
+          "compare them all: describe each instance once");
+  }
+  return compared_ <= most;
+}
+
+void VsomeipReader::join(std::size_t index, const Instance& other) {
+  Instance& known = model_.instances[index];
+  const Transport before = usual_transport(known);
+  const Instance::Role role = std::exchange(known.role, Instance::Role::provided);  // a server's endpoint
+  describe::add_instance(known, other, contradictions_);
+  known.role = role;
+  const Transport after = usual_transport(known);
+  if (after != before || after != usual_transport(other)) {
+    transports_.try_emplace(*known.service_id, index);
+  }
+}
+
+void VsomeipReader::set_transports(Service& service, const Instance& instance) {
+  const auto set = [transport = usual_transport(instance)](Transfer& transfer) {
+    if (!transfer.transport_at) {
+      transfer.transport = transport;
+    }
+  };
+  for (Event& event : service.events) {
+    set(event.transfer);
+  }
+  for (Method& method : service.methods) {
+    set(method.request_transfer);
+    set(method.response_transfer);
   }
 }
 
@@ -198,29 +232,35 @@ void VsomeipReader::events(const JsonNode& node, Service& service, const Instanc
       join(known->second, one);
     }
     const VsomeipEvent& said = known->second;
-    const bool is_new = !has_event(service, one.id);
-    if (is_new && said.is_field) {
-      events_[{*service.id, one.id}] = {true, service.fields.size()};
-      service.fields.push_back({.name = fmt::format("field_{:04x}", someip::value(one.id)),
-                                .payload = {.known = false},
-                                .notifier = one.id,
-                                .has_getter = false,
-                                .has_setter = false,
-                                .place = said.place});
-    } else if (is_new) {
-      add_event(
-          service,
-          {.name = fmt::format("event_{:04x}", someip::value(one.id)), .id = one.id, .place = said.place});
+    Event& event = event_of(service, one.id, instance, said.place);
+    if (said.transport_at) {
+      event.transfer.transport = said.transport;
+      event.transfer.transport_at = said.transport_at;
     }
-    const auto [is_field, at] = events_.at({*service.id, one.id});
-    Transfer& transfer = is_field ? service.fields[at].notifier_transfer : service.events[at].transfer;
-    if (is_new || said.transport_at) {
-      transfer.transport = said.transport;
-      transfer.transport_at = said.transport_at;
-    }
-    auto& cycle = is_field ? service.fields[at].cycle : service.events[at].cycle;
-    cycle = said.cycle ? said.cycle : cycle;
+    event.cycle = said.cycle ? said.cycle : event.cycle;
   }
+}
+
+void VsomeipReader::make_fields(Service& service) {
+  std::vector<Event> events;
+  for (Event& event : service.events) {
+    const auto said = said_events_.find({*service.id, *event.id});
+    if (said == said_events_.end() || !said->second.is_field) {
+      events.push_back(std::move(event));
+      continue;
+    }
+    service.fields.push_back({.name = fmt::format("field_{:04x}", someip::value(*event.id)),
+                              .payload = {.known = false},
+                              .notifier = event.id,
+                              .has_getter = false,
+                              .has_setter = false,
+                              .eventgroups = std::move(event.eventgroups),
+                              .notifier_transfer = event.transfer,
+                              .cycle = event.cycle,
+                              .e2e = std::move(event.e2e),
+                              .place = event.place});
+  }
+  service.events = std::move(events);
 }
 
 std::optional<VsomeipEvent> VsomeipReader::event(const JsonNode& node, const Instance& instance) {
@@ -256,39 +296,64 @@ std::optional<VsomeipEvent> VsomeipReader::event(const JsonNode& node, const Ins
 }
 
 void VsomeipReader::join(VsomeipEvent& event, const VsomeipEvent& other) {
-  const auto say = [&](const char* what, auto& value, std::optional<Place>& at, const auto& other_value,
-                       const std::optional<Place>& other_at, const auto& text, bool is_used = true) {
+  const std::string name = fmt::format("event 0x{:04x}", someip::value(event.id));
+  const bool is_one_instance = event.instance == other.instance;
+  /// @return whether both say it, and not the same
+  const auto add = [](auto& value, std::optional<Place>& at, const auto& other_value,
+                      const std::optional<Place>& other_at) {
     if (!at && other_at) {
       value = other_value;
       at = other_at;
-    } else if (at && other_at && value != other_value) {
-      if (!is_used) {
-        problems_->warning(other_at->mark,
-                           fmt::format("event 0x{:04x} has {} {} here, but {} at {}: the first is taken",
-                                       someip::value(event.id), what, text(other_value), text(value),
-                                       to_string(model_, *at)));
-      } else if (event.instance == other.instance) {
-        contradictions_.add(fmt::format("event 0x{:04x}", someip::value(event.id)), what, {text(value), *at},
-                            {text(other_value), *other_at});
-      } else {  // vsomeip lets each instance have its own
-        problems_->warning(other_at->mark,
-                           fmt::format("event 0x{:04x} has {} {} here, but {} at {}, of another instance: "
-                                       "an interface has one for all, and the first is taken",
-                                       someip::value(event.id), what, text(other_value), text(value),
-                                       to_string(model_, *at)));
-      }
     }
+    return at && other_at && value != other_value;
   };
   const auto truth_text = [](bool is) { return std::string{is ? "true" : "false"}; };
-  const auto transport_text = [](Transport transport) {
-    return std::string{transport == Transport::tcp ? "true" : "false"};
-  };
   const auto time_text = [](const auto& time) { return documents::to_string(Duration{*time}); };
-  // vsomeip itself asks its applications, and not the configuration, whether an event is a field.
-  say("is_field", event.is_field, event.is_field_at, other.is_field, other.is_field_at, truth_text, false);
-  say("is_reliable", event.transport, event.transport_at, other.transport, other.transport_at,
-      transport_text);
-  say("the cycle", event.cycle, event.cycle_at, other.cycle, other.cycle_at, time_text);
+  if (add(event.is_field, event.is_field_at, other.is_field, other.is_field_at)) {
+    // vsomeip itself asks its applications, and not the configuration, whether an event is a field.
+    problems_[other.is_field_at->file].warning(
+        other.is_field_at->mark, fmt::format("{} has is_field {} here, but {} at {}: the first is taken",
+                                             name, truth_text(other.is_field), truth_text(event.is_field),
+                                             to_string(model_, *event.is_field_at)));
+  }
+  if (add(event.transport, event.transport_at, other.transport, other.transport_at)) {
+    differ(name, "is_reliable", {truth_text(event.transport == Transport::tcp), *event.transport_at},
+           {truth_text(other.transport == Transport::tcp), *other.transport_at}, is_one_instance);
+  }
+  if (add(event.cycle, event.cycle_at, other.cycle, other.cycle_at)) {
+    differ(name, "the cycle", {time_text(event.cycle), *event.cycle_at},
+           {time_text(other.cycle), *other.cycle_at}, is_one_instance);
+  }
+}
+
+void VsomeipReader::differ(const std::string& message, std::string_view what, const SaidValue& first,
+                           const SaidValue& second, bool is_one_instance) {
+  if (is_one_instance) {
+    contradictions_.add(message, what, first, second);
+    return;
+  }
+  problems_[second.place.file].warning(
+      second.place.mark,
+      fmt::format("{} has {} {} here, but {} at {}, of another instance: an interface has "
+                  "one for all, and the first is taken",
+                  message, what, second.value, first.value, to_string(model_, first.place)));
+}
+
+bool VsomeipReader::says(const Message& message, std::string_view what, std::string text,
+                         const JsonNode& node) {
+  const SaidValue value{std::move(text), place(node)};
+  const EventKey key{*message.service.id, message.id};
+  const InstanceKey instance{*message.service.id, message.instance.id};
+  const auto [known, is_new] =
+      said_messages_.try_emplace({key, message.is_request, what}, std::pair{value, instance});
+  const auto& [first, of] = known->second;
+  if (!is_new && first.value != value.value) {
+    const char* const kind = message.is_request                            ? "the request of method"
+                             : someip::value(message.id) >= first_event_id ? "event"
+                                                                           : "the answer of method";
+    differ(fmt::format("{} 0x{:04x}", kind, someip::value(message.id)), what, first, value, of == instance);
+  }
+  return is_new;
 }
 
 void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint>& shared, Multicast& group) {
@@ -301,6 +366,7 @@ void VsomeipReader::multicast(const JsonNode& node, const std::optional<Endpoint
     }
   } else if (const auto found = address(multicast, "the address of a group")) {
     group.group.address = *found;
+    group.group_at = place(*multicast);
   } else if (shared && truth(node.find("is_multicast"), true)) {
     group.group = *shared;
     group.group_at = place(node);
@@ -320,10 +386,7 @@ void VsomeipReader::group(const JsonNode& node, someip::EventgroupId id,
   if (group.group.address.is_unspecified()) {
     return;
   }
-  if (group.group.port == 0) {
-    group.group.port = instance.udp_port.value_or(0);
-    group.group_at.reset();
-  }
+  group.has_usual_port = group.group.port == 0;
   const auto [found, is_new] = multicast_.emplace(id, instance.multicast.size());
   if (is_new) {
     instance.multicast.push_back(group);
@@ -376,49 +439,47 @@ void VsomeipReader::in_eventgroup(const JsonNode& node, someip::EventgroupId gro
     }
     return;
   }
-  if (!has_event(service, *id)) {
-    add_event(service, {.name = fmt::format("event_{:04x}", someip::value(*id)),
-                        .id = id,
-                        .transfer = {.transport = usual_transport(instance)},
-                        .place = place(node)});
-  }
-  const auto [is_field, at] = events_.at({*service.id, *id});
-  auto& groups = is_field ? service.fields[at].eventgroups : service.events[at].eventgroups;
+  auto& groups = event_of(service, *id, instance, place(node)).eventgroups;
   if (std::ranges::find(groups, group) == groups.end()) {
     groups.push_back(group);
   }
 }
 
-Method& VsomeipReader::method_of(Service& service, someip::MethodId id, const Instance& instance,
-                                 const JsonNode& node) {
-  const auto [found, is_new] = methods_.emplace(EventKey{*service.id, id}, service.methods.size());
-  if (!is_new) {
-    return service.methods[found->second];
+Event& VsomeipReader::event_of(Service& service, someip::MethodId id, const Instance& instance,
+                               const Place& at) {
+  const auto [found, is_new] = events_.emplace(EventKey{*service.id, id}, service.events.size());
+  if (is_new) {
+    service.events.push_back({.name = fmt::format("event_{:04x}", someip::value(id)),
+                              .id = id,
+                              .payload = {.known = false},
+                              .transfer = {.transport = usual_transport(instance)},
+                              .place = at});
   }
-  const Transfer transfer{.transport = usual_transport(instance)};
-  service.methods.push_back({.name = fmt::format("method_{:04x}", someip::value(id)),
-                             .id = id,
-                             .request = {.known = false},
-                             .response = {.known = false},
-                             .request_transfer = transfer,
-                             .response_transfer = transfer,
-                             .place = place(node)});
-  return service.methods.back();
+  return service.events[found->second];
 }
 
-Transfer& VsomeipReader::transfer_of(Service& service, someip::MethodId id, bool is_request,
-                                     const Instance& instance, const JsonNode& node) {
-  if (!is_request && (has_event(service, id) || someip::value(id) >= first_event_id)) {
-    if (!has_event(service, id)) {
-      add_event(service, {.name = fmt::format("event_{:04x}", someip::value(id)),
-                          .id = id,
-                          .transfer = {.transport = usual_transport(instance)},
-                          .place = place(node)});
-    }
-    const auto [is_field, at] = events_.at({*service.id, id});
-    return is_field ? service.fields[at].notifier_transfer : service.events[at].transfer;
+Method& VsomeipReader::method_of(Service& service, someip::MethodId id, const Instance& instance,
+                                 const Place& at) {
+  const auto [found, is_new] = methods_.emplace(EventKey{*service.id, id}, service.methods.size());
+  if (is_new) {
+    const Transfer transfer{.transport = usual_transport(instance)};
+    service.methods.push_back({.name = fmt::format("method_{:04x}", someip::value(id)),
+                               .id = id,
+                               .request = {.known = false},
+                               .response = {.known = false},
+                               .request_transfer = transfer,
+                               .response_transfer = transfer,
+                               .place = at});
   }
-  Method& method = method_of(service, id, instance, node);
+  return service.methods[found->second];
+}
+
+Transfer& VsomeipReader::transfer_of(const Message& message, const JsonNode& node) {
+  const auto& [service, id, is_request, instance] = message;
+  if (!is_request && (has_event(service, id) || someip::value(id) >= first_event_id)) {
+    return event_of(service, id, instance, place(node)).transfer;
+  }
+  Method& method = method_of(service, id, instance, place(node));
   return is_request ? method.request_transfer : method.response_transfer;
 }
 
@@ -440,23 +501,32 @@ void VsomeipReader::tp_of(const JsonNode& node, bool is_request, Service& servic
     }
     return;
   }
-  Transfer& transfer = transfer_of(service, *id, is_request, instance, node);
-  transfer.segment_bytes = vsomeip_segment_bytes;
+  const Message message{service, *id, is_request, instance};
+  Transfer& transfer = transfer_of(message, node);
+  if (transfer.segment_bytes == 0) {
+    transfer.segment_bytes = vsomeip_segment_bytes;
+  }
   if (!is_object) {
     return;
   }
   check_keys(node, vsomeip_keys::tp_of_method);
   const JsonNode* const length = node.find("max-segment-length");
-  if (const auto bytes = number(length, "the bytes of a segment", 16, 0xffff)) {
-    transfer.segment_bytes_at = place(*length);
-    transfer.segment_bytes = static_cast<std::uint32_t>(*bytes / 16 * 16);
-    if (*bytes % 16 != 0) {
-      warning(*length,
-              fmt::format("a segment has a multiple of 16 bytes: {} is used", transfer.segment_bytes));
+  if (const auto said = number(length, "the bytes of a segment", 16, 0xffff)) {
+    const auto bytes = static_cast<std::uint32_t>(*said / 16 * 16);
+    if (*said % 16 != 0) {
+      warning(*length, fmt::format("a segment has a multiple of 16 bytes: {} is used", bytes));
+    }
+    if (says(message, "the bytes of a segment", fmt::to_string(bytes), *length)) {
+      transfer.segment_bytes = bytes;
+      transfer.segment_bytes_at = place(*length);
     }
   }
-  if (const auto time = number(node.find("separation-time"), "a time in microseconds", 0, 1'000'000'000)) {
-    transfer.separation = std::chrono::microseconds{*time};
+  const JsonNode* const separation = node.find("separation-time");
+  if (const auto said = number(separation, "a time in microseconds", 0, 1'000'000'000)) {
+    const std::chrono::microseconds time{*said};
+    if (says(message, "the time between segments", documents::to_string(Duration{time}), *separation)) {
+      transfer.separation = time;
+    }
   }
 }
 
@@ -469,19 +539,24 @@ void VsomeipReader::debounce(const JsonNode& node, bool is_request, Service& ser
       error(name, "expected a method or event id, not " + what_it_is(name));
       continue;
     }
-    Transfer& transfer =
-        transfer_of(service, static_cast<someip::MethodId>(*number), is_request, instance, member);
+    const Message message{service, static_cast<someip::MethodId>(*number), is_request, instance};
+    Transfer& transfer = transfer_of(message, member);
     check_keys(member, vsomeip_keys::debounce_of_method);
-    const Transfer& usual = is_request ? host().requests : host().responses;
-    transfer.debounce = usual.debounce;
-    transfer.retention = usual.retention;
-    if (const auto time = milliseconds(member.find("debounce-time"), "a time")) {
-      transfer.debounce = *time;
+    if (!transfer.retention_at) {
+      const Transfer& usual = is_request ? host().requests : host().responses;
+      transfer.debounce = usual.debounce;
+      transfer.retention = usual.retention;
+      transfer.retention_at = place(member);
     }
-    transfer.retention_at = place(member);
-    if (const auto time = milliseconds(member.find("maximum-retention-time"), "a time")) {
-      transfer.retention = *time;
-    }
+    const auto time = [&](const char* key, std::string_view what, std::chrono::microseconds& to) {
+      const JsonNode* const found = member.find(key);
+      const auto said = milliseconds(found, "a time");
+      if (said && says(message, what, documents::to_string(Duration{*said}), *found)) {
+        to = *said;
+      }
+    };
+    time("debounce-time", "the debounce time", transfer.debounce);
+    time("maximum-retention-time", "the retention time", transfer.retention);
   }
 }
 

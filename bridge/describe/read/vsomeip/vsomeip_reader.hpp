@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -63,9 +64,10 @@ struct VsomeipEvent {
 /// Makes a model of vsomeip's configurations.
 class VsomeipReader {
  public:
-  explicit VsomeipReader(Model& model) : model_{model} {}
+  /// @param problems  of each file of the model.
+  VsomeipReader(Model& model, std::vector<Problems>& problems) : model_{model}, problems_{problems} {}
 
-  void read(const JsonNode& root, std::uint32_t file, Problems& problems);
+  void read(const JsonNode& root, std::uint32_t file);
   /// After all files.
   void finish();
 
@@ -113,8 +115,9 @@ class VsomeipReader {
   /// Warns of something that is left out, once.
   void left_out(const JsonNode* member, const std::string& what);
 
-  void error(const JsonNode& node, std::string text);
-  void warning(const JsonNode& node, std::string text);
+  void error(const JsonNode& node, std::string text) { problems().error(node.mark, std::move(text)); }
+  void warning(const JsonNode& node, std::string text) { problems().warning(node.mark, std::move(text)); }
+  [[nodiscard]] Problems& problems() { return problems_[file_]; }
   [[nodiscard]] Place place(const JsonNode& node) const { return {file_, node.mark}; }
 
   // What the parts of a configuration mean.
@@ -128,6 +131,15 @@ class VsomeipReader {
   /// That of its host, where the instance has none of its own.
   static void take_address(Instance& instance, const VsomeipHost& host);
   void append_instance(Instance instance);
+  /// Of several descriptions of one instance by one host, what each adds is taken, and they have to say the
+  /// same. Of a client of another host, the endpoint has to be the same.
+  void add_description(Instance instance, const JsonNode& node);
+  /// @param index  of Model::instances.
+  void join(std::size_t index, const Instance& other);
+  /// Where nobody says how a message is carried.
+  static void set_transports(Service& service, const Instance& instance);
+  /// Whether there is time left to compare one more description with `known`; otherwise tells of it.
+  [[nodiscard]] bool can_compare(const Instance& known, const Instance& other, const JsonNode& node);
   void discovery(const JsonNode& node);
   void delays(const JsonNode& node);
   void repetitions(const JsonNode* node, const std::string& what);
@@ -136,13 +148,17 @@ class VsomeipReader {
   void services(const JsonNode* node);
   void service(const JsonNode& node);
   void events(const JsonNode& node, Service& service, const Instance& instance);
+  /// Makes fields of the events that are some. After all files: any may say it.
+  void make_fields(Service& service);
   /// What the entries of a service say of its events, those of its eventgroups included: one for each event.
   [[nodiscard]] std::vector<VsomeipEvent> events_of(const JsonNode& node, const Instance& instance);
   [[nodiscard]] std::optional<VsomeipEvent> event(const JsonNode& node, const Instance& instance);
   /// Adds what `other` says and `event` does not.
   void join(VsomeipEvent& event, const VsomeipEvent& other);
-  /// A second description of an instance, `index` of Model::instances, is left out, and has to say the same.
-  void second(const JsonNode& node, std::size_t index, Instance other);
+  /// Tells of a setting of a message that is said differently: of two instances with a warning, as vsomeip
+  /// lets each have its own.
+  void differ(const std::string& message, std::string_view what, const SaidValue& first,
+              const SaidValue& second, bool is_one_instance);
   /// The UDP or TCP port of a service.
   [[nodiscard]] std::optional<std::uint16_t> endpoint(const JsonNode* node, const std::string& what);
   [[nodiscard]] std::optional<Endpoint> shared_group(const JsonNode& service);
@@ -160,41 +176,62 @@ class VsomeipReader {
   void client(const JsonNode& node);
   void protection(const JsonNode& node);
   void profile(const JsonNode& node, std::string_view name, Protection& e2e);
+  void protect(const Protected& one);
 
-  std::size_t service_of(someip::ServiceId id, const JsonNode& node);
-  [[nodiscard]] Transfer& transfer_of(Service& service, someip::MethodId id, bool is_request,
-                                      const Instance& instance, const JsonNode& node);
-  Method& method_of(Service& service, someip::MethodId id, const Instance& instance, const JsonNode& node);
-  Protection* e2e_of(Service& service, someip::MethodId id);
+  /// One direction of a method, or an event, in the words of an instance.
+  struct Message {
+    Service& service;
+    someip::MethodId id;
+    bool is_request;
+    const Instance& instance;
+  };
+  /// Notes a setting of a message. Where one was said before that is another, that one holds, and this is
+  /// told.
+  /// @return whether it holds.
+  [[nodiscard]] bool says(const Message& message, std::string_view what, std::string text,
+                          const JsonNode& node);
+  [[nodiscard]] Transfer& transfer_of(const Message& message, const JsonNode& node);
 
-  using EventPart = std::pair<bool, std::size_t>;  ///< whether it is a field, and which
+  std::size_t service_of(someip::ServiceId id, const Place& at);
+  /// These are made where there are none.
+  Event& event_of(Service& service, someip::MethodId id, const Instance& instance, const Place& at);
+  Method& method_of(Service& service, someip::MethodId id, const Instance& instance, const Place& at);
+
   using EventKey = std::pair<someip::ServiceId, someip::MethodId>;
   using InstanceKey = std::pair<someip::ServiceId, std::optional<someip::InstanceId>>;
   [[nodiscard]] bool has_event(const Service& service, someip::MethodId id) const {
     return events_.contains({*service.id, id});
   }
-  Event& add_event(Service& service, Event event);
 
   Model& model_;
   // Where things are, because a hostile file can have hundreds of thousands of them.
   std::map<someip::ServiceId, std::size_t> services_;
-  std::map<EventKey, EventPart> events_;
+  std::map<EventKey, std::size_t> events_;
   std::map<EventKey, std::size_t> methods_;
-  std::map<someip::EventgroupId, std::size_t> multicast_;  ///< of the instance that is being read
-  std::map<InstanceKey, std::size_t> provided_;            ///< indices of Model::instances
+  std::map<someip::EventgroupId, std::size_t> multicast_;      ///< of the instance that is being read
+  std::map<InstanceKey, std::vector<std::size_t>> described_;  ///< indices of Model::instances
   std::set<InstanceKey> required_;
+  /// Where the ports are not in the description that has the messages, or not all of them: of which instance
+  /// (an index of Model::instances) the ports tell.
+  std::map<someip::ServiceId, std::size_t> transports_;
   std::map<EventKey, VsomeipEvent> said_events_;
-  std::size_t seconds_ = 0;
+  std::map<std::tuple<EventKey, bool, std::string_view>, std::pair<SaidValue, InstanceKey>> said_messages_;
+  std::size_t compared_ = 0;
   std::set<std::pair<std::string_view, std::string>> told_keys_;
   std::vector<VsomeipHost> hosts_;
   std::size_t host_ = 0;
   std::vector<std::size_t> hosts_of_instances_;
   std::vector<Protected> protected_;
+  std::map<EventKey, Place> protected_at_;
   std::uint32_t file_ = 0;
-  Problems* problems_ = nullptr;
-  Contradictions contradictions_{
-      model_, [this](const Place& place, std::string text) { problems_->error(place.mark, std::move(text)); },
-      [this](const Place& place, std::string text) { problems_->warning(place.mark, std::move(text)); }};
+  std::vector<Problems>& problems_;
+  Contradictions contradictions_{model_,
+                                 [this](const Place& place, std::string text) {
+                                   problems_[place.file].error(place.mark, std::move(text));
+                                 },
+                                 [this](const Place& place, std::string text) {
+                                   problems_[place.file].warning(place.mark, std::move(text));
+                                 }};
 };
 
 template <typename Each>

@@ -504,8 +504,8 @@ void Deployment::arguments(Block& block, const char* head, const Payload& payloa
 }
 
 Block Deployment::method(const Service& service, const Method& method) {
-  Block block{.head = "method " + escaped_fdepl(plan_.method_name(service, method.name)) +
-                      selector(method.selector)};
+  Block block{.head =
+                  "method " + escaped_fdepl(plan_.method_name(service, method)) + selector(method.selector)};
   const std::string owner = member(member_key(method.name, method.selector), method.place);
   if (method.id) {
     block.settings.push_back(fmt::format("SomeIpMethodID = {}", static_cast<unsigned>(*method.id)));
@@ -556,7 +556,7 @@ Block Deployment::method(const Service& service, const Method& method) {
 }
 
 Block Deployment::event(const Service& service, const Event& event) {
-  Block block{.head = "broadcast " + escaped_fdepl(plan_.broadcast_name(service, event.name)) +
+  Block block{.head = "broadcast " + escaped_fdepl(plan_.broadcast_name(service, event)) +
                       selector(event.selector)};
   const std::string owner = member(member_key(event.name, event.selector), event.place);
   if (event.id) {

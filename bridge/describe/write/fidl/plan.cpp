@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "bridge/describe/fidl_words.hpp"
 
@@ -236,7 +237,31 @@ std::string free_name(const std::string& wanted, std::set<std::string, std::less
 }
 
 std::string Plan::free_name(Container& container, const std::string& wanted) {
-  return fidl_writing::free_name(wanted, container.names, container.name_uses);
+  const auto is_inherited = [&](const std::string& name) {
+    std::optional<std::size_t> base = container.base;
+    for (std::size_t steps = 0; base && &containers_[*base] != &container && steps < max_type_nesting;
+         ++steps) {
+      if (containers_[*base].names.contains(name)) {
+        return true;
+      }
+      base = containers_[*base].base;
+    }
+    return false;
+  };
+  std::string name;
+  do {
+    name = fidl_writing::free_name(wanted, container.names, container.name_uses);
+  } while (is_inherited(name));
+  return name;
+}
+
+std::size_t Plan::depth(std::size_t container) const {
+  std::size_t steps = 0;
+  for (std::optional<std::size_t> base = containers_[container].base; base && steps < max_type_nesting;
+       base = containers_[*base].base) {
+    ++steps;
+  }
+  return steps;
 }
 
 void Plan::place_services() {
@@ -261,6 +286,11 @@ void Plan::place_services() {
     packages_.insert(container.package);
     by_scope_.emplace(full_name(service.scope, service.name), containers_.size());
     containers_.push_back(std::move(container));
+  }
+  for (Container& container : containers_) {
+    if (const auto base = services_.find(container.service->base); base != services_.end()) {
+      container.base = base->second;
+    }
   }
 }
 
@@ -386,48 +416,55 @@ void Plan::find_public_types() {
   }
 }
 
-void Plan::place_types() {
-  std::map<std::size_t, int> unnamed;
-  for (std::size_t i = 0; i < model_.types.size(); ++i) {
-    const TypeIndex index{static_cast<std::uint32_t>(i)};
-    const Type& type = model_.types[i];
-    bool wanted = type.variant_of == no_type && !left_out_.contains(index) && needs_declaration(index);
-    if (!wanted) {
-      continue;
+std::set<TypeIndex> Plan::arrays_in_types() const {
+  std::set<TypeIndex> arrays;
+  const auto look_at = [&](const Value& value) {
+    if (value.type != no_type && model_.at(root(value.type)).kind == Kind::array) {
+      arrays.insert(root(value.type));
     }
-    Declared declared;
-    declared.container = container_for(type.scope.empty() ? "unnamed" : type.scope);
-    Container& container = containers_[declared.container];
-    declared.name =
-        free_name(container, type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container])
-                                               : usable(type.name, true));
-    declared.renamed = declared.name != type.name;
-    container.types.push_back(index);
-    declared_.emplace(index, std::move(declared));
-  }
-  // T[] stands only where a member, argument or attribute is: an array of one needs a name.
-  const auto needs_name = [&](const Value& value) {
-    if (value.type == no_type || is_left_out(value.type) || !is_inline(value.type)) {
-      return;
-    }
-    const TypeIndex index = root(value.type);
-    const Type& type = model_.at(index);
-    Declared declared;
-    declared.container = container_for(
-        type.scope.empty() ? (containers_.empty() ? "unnamed" : containers_.front().full()) : type.scope);
-    Container& container = containers_[declared.container];
-    declared.name =
-        free_name(container, type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container])
-                                               : usable(type.name, true));
-    declared.renamed = true;
-    container.types.push_back(index);
-    declared_.emplace(index, std::move(declared));
   };
   for (const Type& type : model_.types) {
     if (type.kind == Kind::array || type.kind == Kind::alias || type.kind == Kind::map) {
-      needs_name(type.element);
-      needs_name(type.key);
+      look_at(type.element);
+      look_at(type.key);
     }
+  }
+  return arrays;
+}
+
+void Plan::place_types() {
+  // T[] stands only where a member, argument or attribute is: an array of one needs a name.
+  const std::set<TypeIndex> inner = arrays_in_types();
+  std::vector<TypeIndex> order;
+  for (std::size_t i = 0; i < model_.types.size(); ++i) {
+    const TypeIndex index{static_cast<std::uint32_t>(i)};
+    if (model_.types[i].variant_of == no_type && !left_out_.contains(index) &&
+        (needs_declaration(index) || inner.contains(index))) {
+      order.push_back(index);
+    }
+  }
+  // Those of an interface before those of its heirs, which must not have their names.
+  std::map<TypeIndex, std::size_t> depths;
+  for (const TypeIndex index : order) {
+    const auto service = by_scope_.find(model_.at(index).scope);
+    depths[index] = service == by_scope_.end() ? 0 : depth(service->second);
+  }
+  std::ranges::stable_sort(order, {}, [&](TypeIndex index) { return depths.at(index); });
+  std::map<std::size_t, int> unnamed;
+  for (const TypeIndex index : order) {
+    const Type& type = model_.at(index);
+    const bool has_own_name = needs_declaration(index);
+    Declared declared;
+    declared.container = container_for(!type.scope.empty()                   ? type.scope
+                                       : has_own_name || containers_.empty() ? "unnamed"
+                                                                             : containers_.front().full());
+    Container& container = containers_[declared.container];
+    declared.name =
+        free_name(container, type.name.empty() ? fmt::format("Unnamed{}", ++unnamed[declared.container])
+                                               : usable(type.name, true));
+    declared.renamed = !has_own_name || declared.name != type.name;
+    container.types.push_back(index);
+    declared_.emplace(index, std::move(declared));
   }
   for (const Constant& constant : model_.constants) {
     containers_[container_for(constant.scope.empty() ? "unnamed" : constant.scope)].constants.push_back(
@@ -461,6 +498,8 @@ class Siblings {
     }
     return given->second;
   }
+  /// One more of a name that was given.
+  std::string another(const std::string& given) { return free_name(given, names_, uses_); }
 
  private:
   std::map<std::string, std::string> given_;
@@ -493,19 +532,60 @@ void Plan::name_members() {
       name_all(&type, "", all_enumerators(model_, type));
     }
   }
+  const auto name_overloads = [&](const Service& service, const std::string& kind, const auto& all,
+                                  const auto& signature_of) {
+    Siblings siblings;
+    std::set<std::string> taken;
+    for (const auto& one : all) {
+      const std::string wanted = siblings.name(one.name);
+      std::string name = wanted;
+      while (!taken.insert(name + signature_of(one)).second) {
+        name = siblings.another(wanted);
+      }
+      if (name != usable(one.name, false)) {
+        other_names_.emplace(std::pair{&service, kind + member_key(one.name, one.selector)}, std::move(name));
+      }
+    }
+  };
   for (const Service& service : model_.services) {
     name_all(&service, "attribute ", service.fields);
-    name_all(&service, "method ", service.methods);
-    name_all(&service, "broadcast ", service.events);
+    name_overloads(service, "method ", service.methods, [&](const Method& method) {
+      const bool answers = !method.fire_and_forget && !method.response.values.empty();
+      return signature(method.request.values) + (answers ? "_" + signature(method.response.values) : "");
+    });
+    name_overloads(service, "broadcast ", service.events,
+                   [&](const Event& event) { return signature(event.payload.values); });
   }
-  for (Container& container : containers_) {
-    for (const Constant* const one : container.constants) {
-      std::string name = free_name(container, usable(one->name, false));  // none of a type
+  std::vector<std::size_t> order(containers_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t container) { return depth(container); });
+  for (const std::size_t container : order) {
+    for (const Constant* const one : containers_[container].constants) {
+      std::string name = free_name(containers_[container], usable(one->name, false));  // none of a type
       if (name != usable(one->name, false)) {
         other_names_.emplace(std::pair{one, ""}, std::move(name));
       }
     }
   }
+}
+
+std::string Plan::signature(const std::vector<Value>& values) const {
+  std::string all;
+  for (const Value& value : values) {
+    if (is_left_out(value.type)) {
+      continue;
+    }
+    const TypeIndex outer = root(value.type);
+    const bool is_array = is_inline(outer);
+    const TypeIndex index = is_array ? root(model_.at(outer).element.type) : outer;
+    const Declared* const found = declared(index);
+    std::string name = found != nullptr ? found->name : basic_name(model_.at(index));
+    if (found == nullptr && (name.starts_with("Int") || name.starts_with("UInt"))) {
+      name = "Integer";
+    }
+    all += "_" + name + (is_array ? "[]" : "");
+  }
+  return all;
 }
 
 std::string Plan::name_of(const void* owner, const std::string& key, const std::string& name) const {
@@ -521,12 +601,12 @@ std::string Plan::attribute_name(const Service& service, const std::string& name
   return name_of(&service, "attribute " + name, name);
 }
 
-std::string Plan::method_name(const Service& service, const std::string& name) const {
-  return name_of(&service, "method " + name, name);
+std::string Plan::method_name(const Service& service, const Method& method) const {
+  return name_of(&service, "method " + member_key(method.name, method.selector), method.name);
 }
 
-std::string Plan::broadcast_name(const Service& service, const std::string& name) const {
-  return name_of(&service, "broadcast " + name, name);
+std::string Plan::broadcast_name(const Service& service, const Event& event) const {
+  return name_of(&service, "broadcast " + member_key(event.name, event.selector), event.name);
 }
 
 std::string Plan::constant_name(const Constant& constant) const {

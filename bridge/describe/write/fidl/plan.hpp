@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ struct Container {
   std::string package{};
   std::string name{};  ///< empty: an anonymous type collection
   const Service* service = nullptr;
+  std::optional<std::size_t> base{};  ///< the container of the interface that it extends
   std::vector<TypeIndex> types{};
   std::vector<const Constant*> constants{};
   const TypeCollection* collection = nullptr;   ///< what the model says of it
@@ -62,8 +64,9 @@ class Plan {
   /// Members, enumerators and constants as FIDL calls them: usable(), and each once among its like.
   [[nodiscard]] std::string member_name(TypeIndex type, const std::string& name) const;
   [[nodiscard]] std::string attribute_name(const Service& service, const std::string& name) const;
-  [[nodiscard]] std::string method_name(const Service& service, const std::string& name) const;
-  [[nodiscard]] std::string broadcast_name(const Service& service, const std::string& name) const;
+  /// And so that Franca can tell overloads apart.
+  [[nodiscard]] std::string method_name(const Service& service, const Method& method) const;
+  [[nodiscard]] std::string broadcast_name(const Service& service, const Event& event) const;
   [[nodiscard]] std::string constant_name(const Constant& constant) const;
 
  private:
@@ -73,8 +76,15 @@ class Plan {
   void find_public_types();
   void name_members();
   [[nodiscard]] std::string name_of(const void* owner, const std::string& key, const std::string& name) const;
-  static std::string free_name(Container& container, const std::string& wanted);
+  /// One that neither the container nor an interface that it extends has.
+  std::string free_name(Container& container, const std::string& wanted);
   std::size_t container_for(const std::string& scope);
+  /// How many interfaces the one of this container extends, one through the other.
+  [[nodiscard]] std::size_t depth(std::size_t container) const;
+  /// Arrays of which something is a container.
+  [[nodiscard]] std::set<TypeIndex> arrays_in_types() const;
+  /// What Franca tells overloads apart by: all integers are one type for it.
+  [[nodiscard]] std::string signature(const std::vector<Value>& values) const;
   void leave_out_empty_types();
   [[nodiscard]] bool needs_declaration(TypeIndex type) const;
 

@@ -125,6 +125,17 @@ Written Writer::all() {
     fidl(package);
     fdepl(package);
   }
+  for (std::size_t i = 0; i < model_.types.size(); ++i) {
+    const TypeIndex index{static_cast<std::uint32_t>(i)};
+    const Type& type = model_.types[i];
+    if (type.variant_of == no_type && plan_.is_inline(index) && !plan_.is_left_out(index)) {
+      const std::string full = full_name(type.scope, type.name);
+      lose_keys(type.notes, full, type.place);
+      if (!type.notes.description.empty()) {
+        lose(full, "the description of an array that is written as T[]", type.place);
+      }
+    }
+  }
   for (const Machine& machine : model_.machines) {
     lose(machine.name.empty() ? "the machine" : machine.name, "a machine", machine.place);
   }
@@ -422,7 +433,7 @@ void Writer::method(std::string& text, const Container& in, const Method& method
   text += "\n";
   const std::string element =
       full_name(in.service->scope, in.service->name) + "." + member_key(method.name, method.selector);
-  const std::string name = plan_.method_name(*in.service, method.name);
+  const std::string name = plan_.method_name(*in.service, method);
   notes(text, method.notes, "    ", told_name(method.name, name), element, method.place);
   text += fmt::format("    method {}{}{} {{\n", escaped(name), written_selector(method.selector),
                       method.fire_and_forget ? " fireAndForget" : "");
@@ -461,7 +472,7 @@ void Writer::event(std::string& text, const Container& in, const Event& event) {
   text += "\n";
   const std::string element =
       full_name(in.service->scope, in.service->name) + "." + member_key(event.name, event.selector);
-  const std::string name = plan_.broadcast_name(*in.service, event.name);
+  const std::string name = plan_.broadcast_name(*in.service, event);
   notes(text, event.notes, "    ", told_name(event.name, name), element, event.place);
   text += fmt::format("    broadcast {}{}{} {{\n", escaped(name), written_selector(event.selector),
                       event.selective ? " selective" : "");

@@ -667,6 +667,14 @@ TEST(ReadArxml, LeavesOutASecondMemberOfOneName) {
   }
 }
 
+TEST(ReadArxml, TellsWhereBothStandThatHaveOneName) {
+  const Reading reading =
+      read_texts({arxml(""), arxml("\n" + std::string{service("")} + "\n  " + std::string{service("")})});
+  EXPECT_THAT(problems_of(reading),
+              HasSubstr("1.arxml:4:3: warning: /P/Door is declared twice; references mean "
+                        "the one at 1.arxml:3:1\n"));
+}
+
 TEST(ReadArxml, TellsThatAMethodIdOfZeroIsNone) {
   const Reading reading = read_texts({arxml(
       service("<METHODS><CLIENT-SERVER-OPERATION><SHORT-NAME>open</SHORT-NAME></CLIENT-SERVER-OPERATION>"

@@ -657,14 +657,95 @@ TEST(WriteFidl, WritesAnOverloadOfWhatTheBaseHas) {
   const std::vector<SourceText> sources{
       {"I.fidl",
        "package p interface A { version { major 1 minor 0 } method m { in { UInt8 x } } broadcast b { out { "
-       "UInt8 x } } } interface B extends A { version { major 1 minor 0 } method m:wide { in { UInt32 x } } "
-       "broadcast b:wide { out { UInt32 x } } }"}};
+       "UInt8 x } } } interface B extends A { version { major 1 minor 0 } method m:wide { in { String x } } "
+       "broadcast b:wide { out { String x } } }"}};
   const Reading reading = read_fidl(sources);
   ASSERT_TRUE(reading.ok()) << all_problems(reading);
   ASSERT_EQ(reading.model.services.at(1).methods.size(), 2U);
   const std::string text = all_text(write_fidl(reading.model));
   EXPECT_THAT(text, HasSubstr("method m:wide {"));
   EXPECT_THAT(text, HasSubstr("broadcast b:wide {"));
+}
+
+/// They are the same for Franca.
+TEST(WriteFidl, RenamesOverloadsThatDifferInTheKindOfIntegersAlone) {
+  const std::vector<SourceText> sources{
+      {"I.fidl",
+       "package p interface A { version { major 1 minor 0 } method m:a { in { UInt8 x } } "
+       "method m:b { in { Int64 x } } method m:c { in { Float x } } method n:a { in { UInt8[] x } out { "
+       "UInt8 y } } "
+       "method n:b { in { UInt16[] x } out { Integer(0, 4) y } } broadcast e:a { out { UInt8 x } } "
+       "broadcast e:b { out { UInt16 x } } } "
+       "interface B extends A { version { major 1 minor 0 } method m:d { in { UInt16 x } } }"},
+      {"I.fdepl",
+       "import "
+       "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-SOMEIP_deployment_spec.fdepl\"\n"
+       "import \"I.fidl\" define org.genivi.commonapi.someip.deployment for interface p.A { SomeIpServiceID "
+       "= 1 "
+       "method m:a { SomeIpMethodID = 1 } method m:b { SomeIpMethodID = 2 } method m:c { SomeIpMethodID = 3 "
+       "} "
+       "method n:a { SomeIpMethodID = 4 } method n:b { SomeIpMethodID = 5 } "
+       "broadcast e:a { SomeIpEventID = 32769 SomeIpEventGroups = { 1 } } "
+       "broadcast e:b { SomeIpEventID = 32770 SomeIpEventGroups = { 1 } } }\n"
+       "define org.genivi.commonapi.someip.deployment for interface p.B { SomeIpServiceID = 2 "
+       "method m:d { SomeIpMethodID = 6 } }"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  const std::string text = all_text(write_fidl(reading.model));
+  for (const char* written : {"    method m:a {", "    method m_:b {", "    method m:c {", "    method n:a {",
+                              "    method n_:b {", "    broadcast e:a {", "    broadcast e_:b {"}) {
+    EXPECT_THAT(text, HasSubstr(written));
+  }
+  EXPECT_THAT(text, HasSubstr("<** @details : name: m **>\n    method m_2:d {"));
+  expect_round_trip(reading.model, "overloads");
+}
+
+TEST(WriteFidl, RenamesTypesThatHaveTheNameOfAnInheritedOne) {
+  const std::vector<SourceText> sources{
+      {"I.fidl",
+       "package p interface B extends A { version { major 1 minor 0 } struct S { UInt16 x } const UInt8 C = "
+       "2 "
+       "attribute S s } "
+       "interface A { version { major 1 minor 0 } struct S { UInt8 x } const UInt8 C = 1 attribute S t } "
+       "interface D extends A { version { major 1 minor 0 } typedef S is UInt8 attribute S s }"},
+      {"I.fdepl",
+       "import "
+       "\"platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-SOMEIP_deployment_spec.fdepl\"\n"
+       "import \"I.fidl\" define org.genivi.commonapi.someip.deployment for interface p.A { SomeIpServiceID "
+       "= 1 "
+       "attribute t { SomeIpGetterID = 1 SomeIpSetterID = 2 SomeIpNotifierID = 32769 "
+       "SomeIpNotifierEventGroups = { 1 } } }\n"
+       "define org.genivi.commonapi.someip.deployment for interface p.B { SomeIpServiceID = 2 "
+       "attribute s { SomeIpGetterID = 3 SomeIpSetterID = 4 SomeIpNotifierID = 32770 "
+       "SomeIpNotifierEventGroups = { 1 } } }\n"
+       "define org.genivi.commonapi.someip.deployment for interface p.D { SomeIpServiceID = 3 "
+       "attribute s { SomeIpGetterID = 3 SomeIpSetterID = 4 SomeIpNotifierID = 32770 "
+       "SomeIpNotifierEventGroups = { 1 } } }"}};
+  const Reading reading = read_fidl(sources);
+  ASSERT_TRUE(reading.ok()) << all_problems(reading);
+  const std::string text = all_text(write_fidl(reading.model));
+  for (const char* written :
+       {"    struct S {", "    struct S_ {", "    typedef S_ is UInt8", "    const UInt8 C = 1",
+        "    const UInt8 C_ = 2", "    attribute S_ s", "    attribute S t"}) {
+    EXPECT_THAT(text, HasSubstr(written));
+  }
+  expect_round_trip(reading.model, "inherited");
+}
+
+TEST(WriteFidl, TellsOfTheDescriptionOfAnArrayWithoutADeclaration) {
+  Model model;
+  const TypeIndex text = model.add({.kind = Kind::string, .wire = default_wire(Kind::string)});
+  Type names{.kind = Kind::array, .name = "Names", .scope = "car"};
+  names.element = {.type = text, .wire = default_wire(Kind::string)};
+  names.element.wire.length = someip::FieldWidth::bits16;
+  names.notes.description = "who may drive";
+  const TypeIndex array = model.add(std::move(names));
+  model.services = {{.name = "Door", .scope = "car", .id = someip::ServiceId{1}}};
+  model.services[0].methods = {{.name = "allow", .id = someip::MethodId{1}}};
+  model.services[0].methods[0].request.values = {{.name = "names", .type = array}};
+  const Written written = write_fidl(model);
+  EXPECT_THAT(all_text(written), HasSubstr("String[] names"));
+  EXPECT_THAT(lost(written), Contains("car.Names: the description of an array that is written as T[]"));
 }
 
 TEST(WriteFidl, NamesNoFileThatASystemRefuses) {

@@ -21,7 +21,7 @@ import zipfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 # Of FIDL_TEST, with the ids that Franca wants; real files are among those of TRIPS_TEST.
-WITH_IDS = ("everything", "names")
+WITH_IDS = ("everything", "names", "overloads", "inherited")
 # What Franca refuses, so that it is known to judge.
 WRONG = {
     "type": "package a\ninterface I { attribute Nothing n }\n",
