@@ -228,11 +228,7 @@ int run_generate(GenerateArguments& arguments) {
   arguments.inputs.writes_routes = std::ranges::find(arguments.to, "routes") != arguments.to.end();
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   set_origins_of_types(arguments, with_types && wanted.size() > 1, options.routes);
-  const std::string lock =
-      arguments.folder.empty() ? std::string{} : (fs::path{arguments.folder} / "ids.lock").string();
-  if (arguments.sources.lock_file.empty()) {
-    arguments.sources.lock_file = lock;
-  }
+  arguments.sources.output_folder = arguments.folder;
   arguments.sources.options.lowers = std::ranges::any_of(wanted, &Target::needs_lowered);
   const bool names_types_anew = arguments.inputs.writes_routes && !with_types && arguments.inputs.has_names();
   describe::Lowered before;
@@ -352,7 +348,9 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
           "Address of the instance; in route files, of the bridge; with --ui, the one that calls come from");
   command->footer(
       source_forms() + "\n\nTargets:" + names +
-      "\n\nIds that the sources do not give are chosen, and kept in DIR/ids.lock for the next run.\n"
+      "\n\nIds that the sources do not give are chosen, and kept in ids.lock for the next run: beside the "
+      "sources\n"
+      "where there is one, else in DIR.\n"
       "DIR/generated.lock lists what was written: a folder that is a source is read without it.\n"
       "docs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"

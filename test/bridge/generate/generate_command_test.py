@@ -133,6 +133,67 @@ class Generate(unittest.TestCase):
         self.assertEqual(status, 2)
         self.assertIn("not expected: --consle", errors)
 
+    LAMP = "package car\ninterface Lamp { version { major 1 minor 0 } method turn { } broadcast hot { out { UInt8 x } } attribute Boolean lit }\n"
+
+    def test_all_commands_take_the_ids_that_are_kept_beside_the_description(self):
+        lamp, kept = self.folder / "Lamp.fidl", self.folder / "ids.lock"
+        lamp.write_text(self.LAMP)
+        self.assertEqual(run("generate", lamp, "--to", "routes", "-o", self.folder, "-q"), (0, "", ""))
+        text = kept.read_text()
+        number = re.search("id: (0x[0-9a-f]{4})", text)[1]
+        kept.write_text(text.replace(number, "0x5555").replace("turn: 0x0001", "turn: 0x0077"))
+        note = f"ids are missing, of 'car.Lamp' and maybe others: those of {kept} are used, which Trestle has chosen\n"
+        for source in (lamp, self.folder):
+            status, output, errors = run("explain", "Lamp", source)
+            self.assertEqual((status, errors), (0, "note: " + note))
+            self.assertIn("car.Lamp 0x5555 chosen", output)
+            self.assertRegex(output, "turn +0x0077 chosen")
+        status, output, errors = run("decode", "--hex", "--interfaces", lamp, input="55550077000000080000000001010000\n")
+        self.assertEqual((status, errors), (0, "note: " + note))
+        self.assertEqual(json.loads(output)["method_name"], "turn")
+        routes = self.folder / "own.yaml"
+        routes.write_text("someip: {address: 127.0.0.1}\ninterfaces: [Lamp.fidl]\ngenerate: all\n")
+        status, output, errors = run("check", routes)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("0x5555.0x0001", output)
+        self.assertIn("warning: interfaces: " + note, errors)
+        # What is new is kept there, too.
+        lamp.write_text(self.LAMP.replace("method turn { }", "method turn { } method off { }"))
+        out = self.folder / "out"
+        status, _, errors = run("generate", lamp, "--to", "sheet", "-o", out, "-q")
+        self.assertEqual((status, errors), (0, "note: " + note))
+        self.assertFalse((out / "ids.lock").exists())
+        self.assertIn("turn: 0x0077", kept.read_text())
+        self.assertIn("off: ", kept.read_text())
+        # Another file can be named.
+        status, output, errors = run("explain", "Lamp", lamp, "--lock", self.folder / "none.lock")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn(number, output)
+        # What contradicts is told with its place.
+        other = self.folder / "other" / "Door.fidl"
+        other.parent.mkdir()
+        other.write_text(self.LAMP.replace("Lamp", "Door"))
+        (other.parent / "ids.lock").write_text("services:\n  - name: car.Door\n    id: 0x5555\n")
+        status, _, errors = run("explain", lamp, other)
+        self.assertEqual(status, 2)
+        self.assertIn(f"{other.parent / 'ids.lock'}:2:5: error: 0x5555 of 'car.Door' is 0x5555 of 'car.Lamp' in {kept}: remove one of both", errors)
+        kept.write_text("version: 1\ntopics: []\n")
+        for command in (("explain", lamp), ("decode", "--hex", "--interfaces", lamp)):
+            status, _, errors = run(*command)
+            self.assertEqual(status, 2)
+            self.assertRegex(errors, rf"{kept}:\d:\d+: error: .*\(it is read because it lies beside '{lamp}'\)")
+
+    def test_names_the_fdepl_that_was_forgotten(self):
+        folder = self.door()
+        add = f"Add {folder / 'Door.fdepl'}, which was not given"
+        for before, behind in ((["explain"], []), (["generate"], ["--to", "json"]), (["decode", "--hex", "--interfaces"], [])):
+            status, _, errors = run(*before, folder / "Door.fidl", *behind)
+            self.assertEqual(status, 0, errors)
+            self.assertIn(add, errors)
+            status, _, errors = run(*before, folder / "Door.fidl", folder / "Door.fdepl", *behind)
+            self.assertEqual(status, 0, errors)
+            self.assertNotIn("ids are missing", errors)
+
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
         done = subprocess.run([program, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
@@ -560,7 +621,8 @@ class Generate(unittest.TestCase):
         listed = {}
         for name, sources in (("files", (DOOR / "Door.fidl", DOOR / "Door.fdepl")), ("folder", (DOOR,)), ("alone", (DOOR / "Door.fidl",))):
             status, listed[name], errors = run("explain", *sources)
-            self.assertEqual((status, errors), (0, ""))
+            self.assertEqual(status, 0, errors)
+            self.assertRegex(errors, "^note: ids are missing.* Add .*Door.fdepl, which was not given\n$" if name == "alone" else "^$")
         self.assertEqual(listed["files"], listed["folder"])
         self.assertRegex(listed["files"], r"^car.Door 0x4711, version 1.0:\n  method  open +0x0010 ")
         self.assertRegex(listed["files"], r"\ntypes:\n(.*\n)*  car.Door.Speed +enumeration\n")
