@@ -439,6 +439,29 @@ TEST_F(InterfacesTest, TakeIdsThatAreKeptBesideThem) {
               HasSubstr("ids.lock:3:26: error: id: 0x5555 of car.Lamp is that of car.Door in line 2"));
 }
 
+TEST_F(InterfacesTest, LeaveOutWhatOnlyOthersExtend) {
+  write("Base.fidl",
+        "package car\ninterface Base { version { major 1 minor 0 } broadcast hot { out { UInt8 x } } }\n"
+        "interface Heir extends Base { version { major 1 minor 0 } }\n");
+  std::string deployed = door_fdepl;
+  deployed = deployed.substr(0, deployed.find("import \"Door.fidl\"")) + R"(import "Base.fidl"
+define org.genivi.commonapi.someip.deployment for interface car.Base {
+  broadcast hot { SomeIpEventID = 0x8001 SomeIpEventGroups = { 1 } }
+}
+define org.genivi.commonapi.someip.deployment for interface car.Heir { SomeIpServiceID = 0x1111 }
+define org.genivi.commonapi.someip.deployment for provider as P {
+  instance car.Heir { InstanceId = "car.Heir" SomeIpInstanceID = 1 }
+}
+)";
+  write("Base.fdepl", deployed);
+  const Loaded loaded = good("interfaces: [Base.fidl, Base.fdepl]\ngenerate: all\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(1));
+  EXPECT_EQ(loaded.config.routes[0].topic, "/heir/hot");
+  ASSERT_THAT(loaded.warnings, SizeIs(1));
+  EXPECT_THAT(loaded.warnings[0].text,
+              HasSubstr("not carried: Base: it has no id and no instance, and others extend it"));
+}
+
 TEST_F(InterfacesTest, WarnsOfAPackageThatHidesOneOfRos) {
   write("Lamp.fidl",
         "package std_msgs\ninterface Lamp {\nversion { major 1 minor 0 }\nbroadcast lit { out { UInt8 level "
