@@ -194,6 +194,32 @@ class Generate(unittest.TestCase):
             self.assertEqual(status, 0, errors)
             self.assertNotIn("ids are missing", errors)
 
+    def test_marks_chosen_ids_in_what_it_writes(self):
+        lamp = self.folder / "Lamp.fidl"
+        lamp.write_text(self.LAMP)
+        out, note = self.folder / "out", "chosen by Trestle, not given by a description"
+        self.assertEqual(run("generate", lamp, "--to", "fidl,routes,arxml", "-o", out, "-q")[0], 0)
+        fdepl = next(out.glob("*.fdepl")).read_text()
+        for key in ("ServiceID", "MethodID", "EventID", "GetterID", "SetterID", "NotifierID", "InstanceID"):
+            self.assertRegex(fdepl, rf"SomeIp{key} = \d+  // {note}\n")
+        self.assertIn(f"SomeIpEventGroups = {{ 1 }}  // {{ 1 }}: {note}\n", fdepl)
+        routes = (out / "bridge.yaml").read_text()
+        self.assertRegex(routes, rf"service: 0x[0-9a-f]{{4}}  # {note}: service, instance, event, eventgroup\n")
+        self.assertRegex(routes, rf"service: 0x[0-9a-f]{{4}}  # {note}: service, instance, method\n")
+        self.assertEqual(run("check", out / "bridge.yaml")[0], 0)
+        arxml = (out / "interfaces.arxml").read_text()
+        for tag in ("SERVICE-INTERFACE-ID", "METHOD-ID", "EVENT-ID", "EVENT-GROUP-ID", "SERVICE-INSTANCE-ID"):
+            self.assertRegex(arxml, rf"<!-- {note} -->\n *<{tag}>")
+        # Readers find the same ids, and nothing that was chosen.
+        models = [json.loads(run("generate", *sources, "--to", "json")[1])["services"][0] for sources in ([next(out.glob("*.fidl")), next(out.glob("*.fdepl"))], [out / "interfaces.arxml"])]
+        for model in models:
+            self.assertIn(model["id"], routes)
+            self.assertNotIn("id_is_chosen", model)
+        # Where all are given, nothing is marked.
+        self.assertEqual(run("generate", DOOR, "--to", "fidl,routes,arxml", "-o", self.folder / "given", "-q")[0], 0)
+        for file in (self.folder / "given").iterdir():
+            self.assertNotIn("chosen", file.read_text(), file)
+
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
         done = subprocess.run([program, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
