@@ -473,18 +473,29 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
 
 }  // namespace
 
-std::string configuration_for(const std::string& description) {
-  const describe::SourceKind kind = describe::kind_of(description, {});
-  if (kind != describe::SourceKind::fidl && kind != describe::SourceKind::arxml) {
-    return {};
+bool is_description(const std::string& file) {
+  const describe::SourceKind kind = describe::kind_of(file, {});
+  std::error_code error;
+  return (kind == describe::SourceKind::fidl || kind == describe::SourceKind::arxml) &&
+         std::filesystem::is_regular_file(file, error);
+}
+
+std::string configuration_for(const std::vector<std::string>& descriptions) {
+  std::vector<std::string> files;
+  for (const std::string& one : descriptions) {
+    for (const std::string& file : describe::with_those_beside(one)) {
+      if (std::ranges::find(files, file) == files.end()) {
+        files.push_back(file);
+      }
+    }
   }
-  YAML::Emitter files;
-  files << YAML::Flow << describe::with_those_beside(description);
+  YAML::Emitter list;
+  list << YAML::Flow << files;
   return fmt::format(
       "someip: {{address: 127.0.0.1}}  # of this host, in the network of the services\n"
       "interfaces: {}\n"
       "generate: all\n",
-      files.c_str());
+      list.c_str());
 }
 
 AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,

@@ -116,16 +116,26 @@ class Generate(unittest.TestCase):
     def test_says_which_configuration_a_description_needs(self):
         folder = self.door()
         (folder / "Door.fdepl").rename(folder / "Door-SomeIP.fdepl")
-        for command, *files in (("bridge", "Door.fidl"), ("check", "Door.fidl"), ("bridge", "Door-SomeIP.fdepl"), ("bridge", "Door.fidl", "Door-SomeIP.fdepl")):
-            status, output, errors = run(command, *files, cwd=folder)
-            self.assertEqual((status, output), (2, ""))
-            first, *lines = errors.splitlines()
-            self.assertIn(f"{files[0]}: error: is an interface description: expected a configuration", first)
-            # It is one.
-            (folder / "bridge.yaml").write_text("\n".join(lines))
+        for command, *files in (("bridge", "Door.fidl"), ("check", "Door.fidl"), ("bridge", "Door-SomeIP.fdepl"), ("bridge", "Door.fidl", "Door-SomeIP.fdepl"),
+                                ("check", "Door.fidl", "Door-SomeIP.fdepl")):
+            status, configuration, errors = run(command, *files, cwd=folder)
+            self.assertEqual(status, 2)
+            self.assertRegex(errors, f"^{files[0]}: error: is an interface description: expected a configuration.*\n$")
+            # It is one, when standard output is saved.
+            (folder / "bridge.yaml").write_text(configuration)
             status, output, errors = run("check", folder / "bridge.yaml")
             self.assertEqual((status, errors), (0, ""))
             self.assertIn("/door/moved", output)
+        # The others are checked, too.
+        (folder / "bad.yaml").write_text("routs: []\n")
+        status, output, errors = run("check", "bad.yaml", "Door.fidl", cwd=folder)
+        self.assertEqual((status, output), (2, configuration))
+        self.assertIn("bad.yaml:1:1: error", errors)
+        # What is not there is no description.
+        status, output, errors = run("check", "Dor.fidl", cwd=folder)
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("Dor.fidl", errors)
+        self.assertNotIn("interface description", errors)
         status, _, errors = run("bridge", DOOR / "bridge.yaml", "more.yaml")
         self.assertEqual(status, 2)
         self.assertIn("not expected: more.yaml", errors)
