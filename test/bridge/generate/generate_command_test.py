@@ -230,6 +230,31 @@ class Generate(unittest.TestCase):
         for file in (self.folder / "given").iterdir():
             self.assertNotIn("chosen", file.read_text(), file)
 
+    def test_replaces_no_file_that_it_did_not_write(self):
+        out = self.folder / "out"
+        out.mkdir()
+        own = {out / name: f"mine {name}\n" for name in ("bridge.yaml", "interfaces.md")}
+        for file, text in own.items():
+            file.write_text(text)
+        arguments = ["generate", DOOR, "--to", "routes,sheet", "-o", out]
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 2)
+        self.assertIn(f"{out / 'bridge.yaml'}, {out / 'interfaces.md'} are not made by `trestle generate`, and would be replaced: "
+                      "expected another folder, or --force", errors)
+        self.assertEqual({file: file.read_text() for file in out.iterdir()}, own)
+        self.assertEqual(run(*arguments, "--force")[0], 0)
+        self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
+        # What it wrote it may replace, also where it was changed since.
+        (out / "bridge.yaml").write_text("changed\n")
+        self.assertEqual(run(*arguments)[0], 0)
+        self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
+        # No source, in any case.
+        self.assertEqual(run("generate", DOOR, "--to", "fidl", "-o", out, "-q")[0], 0)
+        fidl = next(out.glob("*.fidl"))
+        status, _, errors = run("generate", fidl, "--to", "fidl", "-o", out, "--force")
+        self.assertEqual(status, 2)
+        self.assertIn("is a source", errors)
+
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
         done = subprocess.run([program, "generate", "Lamp.fidl", "--to", "routes", "-o", "new", "-q"], cwd=self.folder)
