@@ -443,6 +443,8 @@ class Generate(unittest.TestCase):
             status, output, errors = run("diff", *sources)
             self.assertEqual(status, 0, output + errors)
             self.assertIn("changes: 0,", output)
+            self.assertIn(f"\nids not compared: {DOOR / 'Door.fidl'} does not give all those of Door\n", output)
+        self.assertNotIn("ids not compared", run("diff", DOOR, DOOR)[1])
         # A method in front of others does not change them.
         more = self.folder / "Door.fidl"
         more.write_text((DOOR / "Door.fidl").read_text().replace("    method open", "    method knock fireAndForget {\n    }\n    method open"))
