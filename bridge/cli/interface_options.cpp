@@ -10,6 +10,7 @@
 #include "bridge/cli/session.hpp"
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/eventgroup_title.hpp"
+#include "bridge/describe/sources/kept_ids.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/ids_in_line.hpp"
 
@@ -85,17 +86,17 @@ void InterfaceOptions::load() {
         fmt::format("{} cannot be read (it takes all that follows: write it behind the other arguments)",
                     first->file));
   }
-  describe::IdLock lock;
-  describe::System system = make_system(read_sources(texts, describe::file_loader()), lock);
-  print(system.problems);
-  if (!system.good) {
+  describe::LoadedSystem loaded = describe::load_system(texts, files_);
+  print(loaded.system.problems);
+  if (!loaded.system.good) {
     throw CLI::ValidationError("--interfaces", "the descriptions are not good");
   }
-  if (!lock.services.empty()) {
-    fmt::print(stderr, "note: the descriptions leave ids open, of {} and maybe others: they were chosen\n",
-               lock.services.begin()->first);
+  for (const std::string& line : {loaded.open_ids.kept, loaded.open_ids.chosen}) {
+    if (!line.empty()) {
+      fmt::print(stderr, "note: {}\n", line);
+    }
   }
-  interfaces_ = std::make_unique<const describe::Interfaces>(std::move(system));
+  interfaces_ = std::make_unique<const describe::Interfaces>(std::move(loaded.system));
 }
 
 Target parse_target(const describe::Interfaces* interfaces, const std::string& text,

@@ -48,4 +48,21 @@ const Service* InstanceIndex::service(std::string_view full_name) const {
   return found == services_.end() ? nullptr : found->second;
 }
 
+std::set<std::string, std::less<>> only_bases(const Model& model) {
+  std::set<std::string, std::less<>> bases;
+  for (const Service& service : model.services) {
+    bases.insert(service.base);
+  }
+  const InstanceIndex index{model};
+  std::set<std::string, std::less<>> only;
+  for (const Service& service : model.services) {
+    std::string name = full_name(service.scope, service.name);
+    if (service.id_is_chosen && bases.contains(name) &&
+        std::ranges::all_of(index.of(service), &Instance::id_is_chosen)) {
+      only.insert(std::move(name));
+    }
+  }
+  return only;
+}
+
 }  // namespace trestle::describe

@@ -1,5 +1,7 @@
 #pragma once
+#include <functional>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,5 +28,9 @@ class InstanceIndex {
   std::map<std::string, const Service*, std::less<>> services_;
   std::map<someip::ServiceId, const Service*> by_id_;
 };
+
+/// Full names of services that only others extend: no description gives them an id or an instance, so that
+/// nobody offers them. For models in which ids are chosen.
+[[nodiscard]] std::set<std::string, std::less<>> only_bases(const Model& model);
 
 }  // namespace trestle::describe

@@ -55,6 +55,11 @@ class Message {
   Message(std::string name, const Place& first, const Place& second, Contradictions& contradictions)
       : name_{std::move(name)}, first_{first}, second_{second}, contradictions_{contradictions} {}
 
+  /// The same with other places.
+  [[nodiscard]] Message at(Place first, Place second) const {
+    return {name_, first, second, contradictions_};
+  }
+
   void transfer(Transfer& to, const Transfer& from) const {
     if (to == Transfer{} && !to.transport_at) {
       to = from;  // nobody said which transport
@@ -213,21 +218,23 @@ class Members {
 
   /// @return false: nobody has this id.
   bool add_event(const Event& event) {
-    const auto add_to = [&](auto& known, Transfer& transfer) {
+    const auto add_to = [&](auto& known, Transfer& transfer, const Place& of_id) {
       const Message message = message_of(known, event.place);
       message.transfer(transfer, event.transfer);
-      message.eventgroups(known.eventgroups, event.eventgroups);
+      // They are said where the id is.
+      message.at(of_id, place_of_id(event.id_place, event.place))
+          .eventgroups(known.eventgroups, event.eventgroups);
       message.protection(known.e2e, event.e2e);
       message.time("the cycle", known.cycle, event.cycle);
       fill(known.observed_bytes, event.observed_bytes);
       fill(known.notes, event.notes);
     };
     if (Event* const known = find(events_, to_.events, event.id)) {
-      add_to(*known, known->transfer);
+      add_to(*known, known->transfer, place_of_id(known->id_place, known->place));
       return true;
     }
     if (Field* const known = find(notifiers_, to_.fields, event.id)) {
-      add_to(*known, known->notifier_transfer);
+      add_to(*known, known->notifier_transfer, place_of_id(known->notifier_place, known->place));
       return true;
     }
     return false;
@@ -277,7 +284,8 @@ class Members {
                                                         .observed_bytes = field.observed_bytes,
                                                         .e2e = field.e2e,
                                                         .notes = field.notes,
-                                                        .place = field.place});
+                                                        .place = field.place,
+                                                        .id_place = field.notifier_place});
     }
     const auto add_part = [&](bool& there, const std::optional<someip::MethodId>& id,
                               const Transfer& transfer, const Protection& e2e) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/terminal.hpp"
@@ -92,6 +93,34 @@ void print_text(const std::vector<Change>& changes, const describe::System& now)
              breaking > 0 ? colour.red : colour.green, changes.size(), breaking, in_code, colour.off);
 }
 
+/// Services that have an id which nobody gave.
+std::set<std::string> with_open_ids(const describe::Model& model) {
+  std::set<std::string> names;
+  for (const describe::Service& service : model.services) {
+    const bool is_open =
+        !service.id ||
+        std::ranges::any_of(service.events, [](const describe::Event& one) { return !one.id; }) ||
+        std::ranges::any_of(service.methods, [](const describe::Method& one) { return !one.id; }) ||
+        std::ranges::any_of(service.fields, [](const describe::Field& one) {
+          return (one.has_getter && !one.getter) || (one.has_setter && !one.setter) ||
+                 (one.has_notifier && !one.notifier);
+        });
+    if (is_open) {
+      names.insert(service.name);
+    }
+  }
+  return names;
+}
+
+/// Else "changes: 0" would look as if all ids were the same.
+void tell_of_open_ids(const std::string& source, const describe::Model& model) {
+  const std::set<std::string> names = with_open_ids(model);
+  if (!names.empty()) {
+    fmt::print("ids not compared: {} does not give all those of {}{}\n", source, *names.begin(),
+               names.size() == 1 ? "" : fmt::format(" and {} more", names.size() - 1));
+  }
+}
+
 int run_diff(const DiffArguments& arguments) {
   if (arguments.rules) {
     print_rules();
@@ -110,6 +139,8 @@ int run_diff(const DiffArguments& arguments) {
     print_json(changes, old, now);
   } else {
     print_text(changes, now);
+    tell_of_open_ids(arguments.before, old.model);
+    tell_of_open_ids(arguments.after, now.model);
   }
   const bool breaks = std::ranges::any_of(
       changes, [](const Change& change) { return change.rule->wire == Impact::breaking; });
@@ -134,7 +165,8 @@ void add_diff_command(CLI::App& app, int& status, const SourceReaders& readers) 
       "  trestle diff Door-old.fidl Door.fidl --json | jq '.[] | select(.wire == \"breaking\")'\n"
       "What one of the two does not say is no difference: vsomeip's JSON and captures have no names and no "
       "types,\n"
-      "a capture shows only what was used, and a FIDL file without FDEPL has no ids.\n"
+      "a capture shows only what was used, and a FIDL file without FDEPL has no ids: name a folder with "
+      "both.\n"
       "Exit status: 0 when old and new programs understand each other, 1 when something breaks on the wire,\n"
       "2 when a description is wrong.");
   command->callback([arguments, &status] { status = run_diff(*arguments); });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -259,9 +260,10 @@ tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::Syste
                                     to_string(bytes.error()))};
 }
 
-/// The enumerations of a payload, each once, those of its first values first.
-std::vector<Explanation::Enumeration> enumerations_of(const Model& model, const Payload& payload) {
-  std::vector<Explanation::Enumeration> all;
+/// The enumerations of a payload, each once, those of its first values first: with the value that has it
+/// first.
+std::vector<Value> with_enumerations(const Model& model, const Payload& payload) {
+  std::vector<Value> all;
   std::set<describe::TypeIndex> seen;
   std::vector<Value> open{payload.values.rbegin(), payload.values.rend()};
   const auto look_at = [&](const Value& value, const std::string& name) {
@@ -276,8 +278,7 @@ std::vector<Explanation::Enumeration> enumerations_of(const Model& model, const 
     }
     const describe::Type& type = model.at(value.type);
     if (type.kind == describe::Kind::enumeration) {
-      all.push_back({type.name.empty() ? value.name : type.name, describe::all_enumerators(model, type),
-                     type.primitive == messages::Primitive::uint64});
+      all.push_back(value);
     }
     look_at(type.element, value.name);
     look_at(type.key, value.name);
@@ -285,6 +286,40 @@ std::vector<Explanation::Enumeration> enumerations_of(const Model& model, const 
     std::for_each(members.rbegin(), members.rend(), [&](const Value& one) { look_at(one, value.name); });
   }
   return all;
+}
+
+std::vector<Explanation::Enumeration> enumerations_of(const Model& model, const Payload& payload) {
+  std::vector<Explanation::Enumeration> all;
+  for (const Value& value : with_enumerations(model, payload)) {
+    const describe::Type& type = model.at(value.type);
+    all.push_back({type.name.empty() ? value.name : type.name, describe::all_enumerators(model, type),
+                   type.primitive == messages::Primitive::uint64});
+  }
+  return all;
+}
+
+/// A model in which enumerations of the payload that have the same name are called by their full names.
+/// @return nothing where there are none.
+std::optional<Model> told_apart(const Model& model, const Payload& payload) {
+  std::map<std::string, std::vector<describe::TypeIndex>> by_name;
+  for (const Value& value : with_enumerations(model, payload)) {
+    if (const std::string& name = model.at(value.type).name; !name.empty()) {
+      by_name[name].push_back(value.type);
+    }
+  }
+  std::optional<Model> apart;
+  for (const auto& [name, types] : by_name) {
+    for (const describe::TypeIndex index : types) {
+      if (types.size() > 1) {
+        if (!apart) {
+          apart = model;
+        }
+        describe::Type& type = apart->types[static_cast<std::size_t>(index)];
+        type.name = describe::full_name(type.scope, name);
+      }
+    }
+  }
+  return apart;
 }
 
 std::string text_of(const Explanation::Enumeration& enumeration, const describe::Enumerator& one) {
@@ -395,16 +430,18 @@ tl::expected<std::vector<Explanation>, std::string> explain(const describe::Syst
   std::vector<Explanation> all;
   for (const Part& part : parts) {
     Explanation one{.element = part.element, .part = part.name};
-    one.enumerations = enumerations_of(system.model, part.payload);
+    const std::optional<Model> apart = told_apart(system.model, part.payload);
+    const Model& model = apart ? *apart : system.model;
+    one.enumerations = enumerations_of(model, part.payload);
     if (values.empty()) {
-      one.layout = describe::layout(system.model, part.payload);
+      one.layout = describe::layout(model, part.payload);
     } else {
       auto bytes = bytes_of(system, part, values, values_name);
       if (!bytes) {
         return tl::unexpected{bytes.error()};
       }
       one.bytes = std::move(*bytes);
-      one.layout = describe::layout(system.model, part.payload, one.bytes);
+      one.layout = describe::layout(model, part.payload, one.bytes);
     }
     add_header(part.e2e, one.layout, values.empty() ? nullptr : &one.bytes);
     all.push_back(std::move(one));

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -39,6 +40,7 @@ struct GenerateArguments {
   bool client = false;
   bool server = false;
   bool quiet = false;
+  bool force = false;
   bool ui = false;
 };
 
@@ -63,16 +65,26 @@ std::vector<const Target*> chosen(const std::vector<std::string>& names) {
   return all;
 }
 
+/// A path in a folder, as the list of generated files has it.
+std::string normal(const std::string& path) {
+  return fs::path{path}.lexically_normal().generic_string();
+}
+
+bool has_text(const fs::path& path, const std::string& text) {
+  std::error_code ignored;
+  if (fs::file_size(path, ignored) != text.size()) {
+    return false;
+  }
+  std::ifstream file{path, std::ios::binary};
+  return std::string{std::istreambuf_iterator<char>{file}, {}} == text;
+}
+
 /// Writes a file unless it has this text already, so that nothing that depends on it is made anew.
 /// @return whether it was written.
 /// @throws std::runtime_error when that fails.
 bool write_file(const fs::path& path, const std::string& text) {
-  std::error_code ignored;
-  if (fs::file_size(path, ignored) == text.size()) {
-    std::ifstream before{path, std::ios::binary};
-    if (std::string{std::istreambuf_iterator<char>{before}, {}} == text) {
-      return false;
-    }
+  if (has_text(path, text)) {
+    return false;
   }
   fs::create_directories(path.parent_path());
   std::ofstream out{path, std::ios::binary};
@@ -103,19 +115,48 @@ void check_not_over_sources(const GenerateArguments& arguments, const std::vecto
   }
 }
 
-/// Notes in the folder what is written there: folders are read without it.
-/// @param files  paths from there.
-void keep_generated_list(const fs::path& folder, std::vector<std::string> files) {
+/// What was written to a folder before and is there.
+std::vector<std::string> generated_before(const fs::path& folder) {
   const fs::path list = folder / describe::generated_list_name;
   std::error_code error;
-  if (fs::exists(list, error)) {
-    for (std::string& before :
-         describe::read_generated_list(documents::read_text_file(list.string()).value_or(std::string{}))) {
-      if (fs::exists(folder / before, error)) {
-        files.push_back(std::move(before));  // of other targets
-      }
+  if (!fs::exists(list, error)) {
+    return {};
+  }
+  std::vector<std::string> files =
+      describe::read_generated_list(documents::read_text_file(list.string()).value_or(std::string{}));
+  std::erase_if(files, [&](const std::string& one) { return !fs::exists(folder / one, error); });
+  return files;
+}
+
+/// @throws CLI::ValidationError when a file would be written over that is not known to be made by this
+/// command.
+void check_not_over_others(const fs::path& folder, const std::vector<std::string>& before,
+                           const std::vector<const describe::TextFile*>& files) {
+  std::vector<std::string> others;
+  for (const describe::TextFile* const file : files) {
+    const fs::path path = folder / file->path;
+    std::error_code error;
+    if (fs::exists(path, error) && std::ranges::find(before, normal(file->path)) == before.end() &&
+        !has_text(path, file->text)) {
+      others.push_back(path.string());
     }
   }
+  if (!others.empty()) {
+    throw CLI::ValidationError{
+        "-o",
+        fmt::format("{} {} not made by `trestle generate`, and would be replaced: expected another folder, "
+                    "or --force",
+                    fmt::join(others, ", "), others.size() == 1 ? "is" : "are")};
+  }
+}
+
+/// Notes in the folder what is written there: folders are read without it.
+/// @param files   paths from there.
+/// @param before  those of other targets.
+void keep_generated_list(const fs::path& folder, std::vector<std::string> files,
+                         const std::vector<std::string>& before) {
+  const fs::path list = folder / describe::generated_list_name;
+  files.insert(files.end(), before.begin(), before.end());
   std::ranges::sort(files);
   files.erase(std::unique(files.begin(), files.end()), files.end());
   write_file(list, describe::generated_list(files));
@@ -228,11 +269,7 @@ int run_generate(GenerateArguments& arguments) {
   arguments.inputs.writes_routes = std::ranges::find(arguments.to, "routes") != arguments.to.end();
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   set_origins_of_types(arguments, with_types && wanted.size() > 1, options.routes);
-  const std::string lock =
-      arguments.folder.empty() ? std::string{} : (fs::path{arguments.folder} / "ids.lock").string();
-  if (arguments.sources.lock_file.empty()) {
-    arguments.sources.lock_file = lock;
-  }
+  arguments.sources.output_folder = arguments.folder;
   arguments.sources.options.lowers = std::ranges::any_of(wanted, &Target::needs_lowered);
   const bool names_types_anew = arguments.inputs.writes_routes && !with_types && arguments.inputs.has_names();
   describe::Lowered before;
@@ -261,14 +298,20 @@ int run_generate(GenerateArguments& arguments) {
     throw CLI::ValidationError{"-o", "is needed: there is more than one file to write"};
   }
   std::vector<std::string> written;
+  std::vector<const describe::TextFile*> files;
   for (const auto& [one, result] : results) {
     for (const describe::TextFile& file : result.files) {
-      written.push_back(fs::path{file.path}.lexically_normal().generic_string());
+      written.push_back(normal(file.path));
+      files.push_back(&file);
     }
   }
   if (!arguments.folder.empty() && !written.empty()) {
     check_not_over_sources(arguments, system.model.files, written);
-    keep_generated_list(arguments.folder, std::move(written));
+    const std::vector<std::string> ours = generated_before(arguments.folder);
+    if (!arguments.force) {
+      check_not_over_others(arguments.folder, ours, files);
+    }
+    keep_generated_list(arguments.folder, std::move(written), ours);
   }
   for (const auto& [one, result] : results) {
     for (const describe::TextFile& file : result.files) {
@@ -345,6 +388,8 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
       ->type_name("ADDR:PORT")
       ->capture_default_str()
       ->needs(ui);
+  command->add_flag("--force", arguments->force,
+                    "Also replace files in DIR that were not made by this command, but no sources");
   command->add_flag("-q,--quiet", arguments->quiet, "Do not list the files that were written");
   arguments->inputs.add_to(*command);
   command->get_option("--address")
@@ -352,7 +397,9 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
           "Address of the instance; in route files, of the bridge; with --ui, the one that calls come from");
   command->footer(
       source_forms() + "\n\nTargets:" + names +
-      "\n\nIds that the sources do not give are chosen, and kept in DIR/ids.lock for the next run.\n"
+      "\n\nIds that the sources do not give are chosen, and kept in ids.lock for the next run: beside the "
+      "sources\n"
+      "where there is one, else in DIR.\n"
       "DIR/generated.lock lists what was written: a folder that is a source is read without it.\n"
       "docs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"

@@ -80,7 +80,9 @@ void SourceArguments::add_to(CLI::App& command) {
           "folders of such files, names of ROS types or live topics, network, ros; see below")
       ->required();
   command.add_option("--types", type_folders_, "Folder with packages of ROS types")->type_name("DIR");
-  command.add_option("--lock", lock_file, "File that keeps the chosen ids")->type_name("FILE");
+  command
+      .add_option("--lock", lock_file_, "File that keeps the chosen ids (default: ids.lock beside SOURCE)")
+      ->type_name("FILE");
   command.add_flag("--keep-event-ids", keep_event_ids_,
                    "Keep event ids of ARXML as they are (default: ids below 0x8000 get bit 15)");
   cli::option(command, "--for", seconds_, "SECONDS", "How long to listen to live sources",
@@ -220,22 +222,51 @@ describe::System SourceArguments::read(const Change& change) {
   read_lock(reading.problems);
   describe::System system = make_system(std::move(reading), lock_, options);
   print_problems(system.problems);
+  const describe::OpenIds open = describe::open_ids_of(system.model, kept_, lock_, sources);
+  const bool is_beside = kept_.files != std::vector{lock_file_} && kept_.files != std::vector{own_lock()};
+  if (!open.kept.empty() && (is_beside || open.forgotten)) {
+    fmt::print(stderr, "note: {}\n", open.kept);
+  }
+  if (!open.chosen.empty() && open.forgotten) {  // else they are marked in what is made
+    fmt::print(stderr, "note: {}\n", open.chosen);
+  }
   return system;
 }
 
 void SourceArguments::read_lock(std::vector<documents::Problem>& problems) {
   std::error_code ignored;
-  if (!lock_file.empty() && std::filesystem::exists(lock_file, ignored)) {
-    const auto text = documents::read_text_file(lock_file);
-    if (!text) {
-      problems.push_back({.file = lock_file, .mark = {}, .text = text.error()});
-    } else if (auto lock = describe::read_id_lock(lock_file, *text)) {
-      lock_ = std::move(*lock);
-      text_before_ = *text;
-    } else {
-      problems.insert(problems.end(), lock.error().begin(), lock.error().end());
+  if (lock_file_.empty()) {
+    kept_ = describe::load_kept_ids(paths(), problems);
+  } else if (std::filesystem::exists(lock_file_, ignored)) {
+    describe::add_kept_ids(lock_file_, kept_, problems);
+  }
+  lock_ = kept_.lock;
+}
+
+/// Where ids may be kept: beside all files that are read, those that a route file names included, and in the
+/// folder of the output.
+std::vector<std::string> SourceArguments::paths() const {
+  std::vector<std::string> all;
+  for (const std::string& source : sources) {
+    const SourceForm form = form_of(source);
+    if (form == SourceForm::file || form == SourceForm::route_file) {
+      all.push_back(source);
+    }
+    if (form == SourceForm::route_file && readers_.types_of_route_file) {
+      const std::vector<std::string> theirs = readers_.types_of_route_file(source).interfaces;
+      all.insert(all.end(), theirs.begin(), theirs.end());
     }
   }
+  if (!output_folder.empty()) {
+    all.push_back(output_folder);
+  }
+  return all;
+}
+
+std::string SourceArguments::own_lock() const {
+  return output_folder.empty()
+             ? std::string{}
+             : (std::filesystem::path{output_folder} / describe::kept_ids_name).lexically_normal().string();
 }
 
 std::optional<Page::Settings> SourceArguments::load() {
@@ -319,13 +350,17 @@ describe::TypeOrigins SourceArguments::origins_of_types(bool only_of_ros) const 
 }
 
 void SourceArguments::keep_ids() const {
+  const std::string file = !lock_file_.empty()       ? lock_file_
+                           : kept_.files.size() == 1 ? kept_.files.front()
+                                                     : own_lock();
   const std::string text = to_text(lock_);
-  if (lock_file.empty() || lock_.services.empty() || text == text_before_) {
+  if ((lock_file_.empty() && output_folder.empty()) || lock_.services.empty() ||
+      documents::read_text_file(file).value_or(std::string{}) == text) {
     return;
   }
-  std::ofstream out{lock_file, std::ios::binary};
+  std::ofstream out{file, std::ios::binary};
   if (!(out << text) || !out.flush()) {
-    throw std::runtime_error{fmt::format("{} cannot be written", lock_file)};
+    throw std::runtime_error{fmt::format("{} cannot be written", file)};
   }
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bridge/cli/options.hpp"
-#include "bridge/describe/allocate.hpp"
+#include "bridge/describe/sources/kept_ids.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/generate/page.hpp"
@@ -63,7 +63,8 @@ class SourceArguments {
   /// Where a route file finds the types of these sources, seen from the working directory.
   /// @param only_of_ros  leaves out those that are written as packages of messages.
   [[nodiscard]] describe::TypeOrigins origins_of_types(bool only_of_ros) const;
-  /// Keeps the ids that read() chose in the file of --lock, if there are new ones and there is a file.
+  /// Keeps the ids that read() chose, if there are new ones: in the file of --lock, else in the one beside
+  /// the sources, else in the folder of the output.
   /// @throws std::runtime_error when it cannot be written.
   void keep_ids() const;
 
@@ -71,7 +72,7 @@ class SourceArguments {
   [[nodiscard]] const std::vector<std::string>& files() const noexcept { return files_; }
 
   std::vector<std::string> sources{};
-  std::string lock_file{};
+  std::string output_folder{};  ///< of the output; empty: there is none
   describe::SystemOptions options{};
   cli::NetworkOptions network{};  ///< of live sources, without an address
 
@@ -85,14 +86,17 @@ class SourceArguments {
   [[nodiscard]] Opened open() const;
   void read_live(describe::Reading& into) const;
   void read_lock(std::vector<documents::Problem>& problems);
+  [[nodiscard]] std::vector<std::string> paths() const;
+  [[nodiscard]] std::string own_lock() const;
 
   SourceReaders readers_;
   bool keep_event_ids_ = false;
   std::vector<std::string> type_folders_{};
   double seconds_ = 5;
-  std::string text_before_{};
+  std::string lock_file_{};
   std::vector<std::string> files_{};
-  describe::IdLock lock_{};
+  describe::KeptIds kept_{};  ///< as they were before read()
+  describe::IdLock lock_{};   ///< with those that read() chose
 };
 
 /// Captures are told by their names: they have no text.

@@ -67,6 +67,25 @@ bool subscribes(ByteView datagram) {
   return false;
 }
 
+/// What a datagram subscribes to, for a line of the log: " to eventgroup 0x0002 of 0x1234.0x0001". Discovery
+/// does not tell which of several it has refused, so that all of them are named.
+std::string subscribed_text(ByteView datagram) {
+  constexpr std::size_t most = 4;
+  const auto message = someip::decode(datagram);
+  const auto sd = message ? decode(*message) : tl::unexpected{WireFault{}};
+  std::size_t count = 0;
+  std::string text;
+  for (std::size_t i = 0; sd && i < sd->entry_count(); ++i) {
+    const Entry entry = sd->entry(i);
+    if (entry.kind() == EntryKind::subscribe_eventgroup && ++count <= most) {
+      text += (count == 1 ? "" : " or ") + ("eventgroup " + hexadecimal(value(entry.eventgroup()))) + " of " +
+              to_string(entry.service, entry.instance);
+    }
+  }
+  text += count > most ? " or " + std::to_string(count - most) + " more" : "";
+  return text.empty() ? text : " to " + text;
+}
+
 someip::UdpOptions sd_socket(const NodeConfig& config, const IpAddress& at, someip::PortSharing sharing) {
   someip::UdpOptions options = udp_options(config, {at, config.port});
   if (at == config.multicast) {
@@ -256,12 +275,12 @@ struct Node::State : std::enable_shared_from_this<State> {
       if (discovery.counters().reboots_detected > before.reboots_detected) {
         ports.forget_large(from.address);  // the rest of what it had begun never comes
       }
-      say_what_has_no_event(before, from);
+      say_what_has_no_event(before, from, datagram);
       drain();
     };
   }
 
-  void say_what_has_no_event(const SdCounters& before, const Endpoint& from) {
+  void say_what_has_no_event(const SdCounters& before, const Endpoint& from, ByteView datagram) {
     const SdCounters& after = discovery.counters();
     if (after.reboots_detected > before.reboots_detected) {
       log(someip::to_string(from.address) + " has restarted");
@@ -273,8 +292,8 @@ struct Node::State : std::enable_shared_from_this<State> {
     for (std::size_t i = 0; i < told_above; ++i) {
       const std::uint64_t more = after.nacks_by_reason[i] - before.nacks_by_reason[i];
       if (const std::uint64_t times = refusals[i].to_tell(more, std::chrono::seconds{1})) {
-        log("refused a subscription of " + someip::to_string(from.address) + ": " +
-            to_string(static_cast<NackReason>(i)) + and_others(times));
+        log("refused a subscription of " + someip::to_string(from.address) + subscribed_text(datagram) +
+            ": " + to_string(static_cast<NackReason>(i)) + and_others(times));
       }
     }
   }

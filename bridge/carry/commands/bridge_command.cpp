@@ -403,7 +403,9 @@ void add_bridge_command(CLI::App& app, int& status) {
   command->callback([command, options, &status] {
     if (const std::vector<std::string> more = command->remaining(); !more.empty()) {
       // Who names interface descriptions, and so several files, is told what to do with them.
-      if (more.front().starts_with('-') || load_or_explain(options->file)) {
+      std::vector<std::string> files{options->file};
+      files.insert(files.end(), more.begin(), more.end());
+      if (more.front().starts_with('-') || !explain_descriptions(files)) {
         throw CLI::ExtrasError{more};
       }
       status = cli::exit_usage;

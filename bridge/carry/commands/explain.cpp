@@ -107,16 +107,25 @@ TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
   return {messages::check_type(use.type, places, rules), messages::check_lengths(use.type, places, rules)};
 }
 
+bool explain_descriptions(const std::vector<std::string>& files) {
+  std::vector<std::string> descriptions;
+  std::ranges::copy_if(files, std::back_inserter(descriptions), is_description);
+  if (descriptions.empty()) {
+    return false;
+  }
+  const std::string fault =
+      "is an interface description: expected a configuration. One that names it goes to standard output: "
+      "`> bridge.yaml` behind the command saves it";
+  std::fputs(explain({{documents::Problem::Severity::error, descriptions.front(), {}, fault}}, "",
+                     cli::colours_for(STDERR_FILENO))
+                 .c_str(),
+             stderr);
+  std::fputs(configuration_for(descriptions).c_str(), stdout);
+  return true;
+}
+
 std::optional<Loaded> load_or_explain(const std::string& file) {
-  if (const std::string configuration = configuration_for(file); !configuration.empty()) {
-    const std::string fault =
-        "is an interface description: expected a configuration that names it, such as a file bridge.yaml "
-        "with";
-    std::fputs(
-        explain({{documents::Problem::Severity::error, file, {}, fault}}, "", cli::colours_for(STDERR_FILENO))
-            .c_str(),
-        stderr);
-    std::fputs(configuration.c_str(), stderr);
+  if (explain_descriptions({file})) {
     return std::nullopt;
   }
   auto loaded = load_config(file, verdict_on);

@@ -14,6 +14,12 @@ namespace trestle::carry {
 /// @return nothing when there was any error: the caller ends with exit_usage.
 [[nodiscard]] std::optional<Loaded> load_or_explain(const std::string& file);
 
+/// Tells who gives interface descriptions in place of a configuration so, and prints the configuration for
+/// all of them together on standard output.
+/// @param files  those that are no descriptions are left out.
+/// @return whether there is any.
+bool explain_descriptions(const std::vector<std::string>& files);
+
 /// What is to be said of a type that a configuration names, for load_config().
 [[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
                                      const messages::TypePlaces& places);

@@ -16,6 +16,7 @@
 #include "bridge/carry/config/id_names_of.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/package_faults.hpp"
+#include "bridge/describe/sources/kept_ids.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/describe/write/routes/action_entries.hpp"
@@ -32,38 +33,6 @@ using describe::Side;
 
 /// Entries that are made for one list. The loader of the lists refuses so many.
 constexpr std::size_t generated_max = 1001;
-
-/// A FIDL file with the FDEPL files beside it that begin with its name, "Door-SomeIP.fdepl", and the other
-/// way round.
-std::vector<std::string> with_those_beside(const std::string& file) {
-  namespace fs = std::filesystem;
-  std::vector<std::string> all{file};
-  const fs::path path{file};
-  const bool is_fidl = path.extension() == ".fidl";
-  if (!is_fidl && path.extension() != ".fdepl") {
-    return all;
-  }
-  std::error_code error;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path{"."};
-  for (fs::directory_iterator at{folder, error}; !error && at != fs::directory_iterator{};
-       at.increment(error)) {
-    const fs::path& other = at->path();
-    const fs::path& fidl = is_fidl ? path : other;
-    const fs::path& fdepl = is_fidl ? other : path;
-    const std::string name = fidl.stem().string();
-    const std::string deployment = fdepl.stem().string();
-    // Not DoorLock.fdepl of Door.fidl.
-    if (fidl.extension() == ".fidl" && fdepl.extension() == ".fdepl" && deployment.starts_with(name) &&
-        (deployment == name ||
-         std::string_view{"-_."}.find(deployment[name.size()]) != std::string_view::npos)) {
-      all.push_back((path.parent_path() / other.filename()).string());
-    }
-  }
-  std::ranges::sort(all, [](const std::string& one, const std::string& next) {
-    return std::pair{!one.ends_with(".fidl"), one} < std::pair{!next.ends_with(".fidl"), next};
-  });
-  return all;
-}
 
 /// The folders under `types: paths`, which may have what the interfaces are made of. What is wrong with them
 /// is told elsewhere.
@@ -504,18 +473,29 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
 
 }  // namespace
 
-std::string configuration_for(const std::string& description) {
-  const describe::SourceKind kind = describe::kind_of(description, {});
-  if (kind != describe::SourceKind::fidl && kind != describe::SourceKind::arxml) {
-    return {};
+bool is_description(const std::string& file) {
+  const describe::SourceKind kind = describe::kind_of(file, {});
+  std::error_code error;
+  return (kind == describe::SourceKind::fidl || kind == describe::SourceKind::arxml) &&
+         std::filesystem::is_regular_file(file, error);
+}
+
+std::string configuration_for(const std::vector<std::string>& descriptions) {
+  std::vector<std::string> files;
+  for (const std::string& one : descriptions) {
+    for (const std::string& file : describe::with_those_beside(one)) {
+      if (std::ranges::find(files, file) == files.end()) {
+        files.push_back(file);
+      }
+    }
   }
-  YAML::Emitter files;
-  files << YAML::Flow << with_those_beside(description);
+  YAML::Emitter list;
+  list << YAML::Flow << files;
   return fmt::format(
       "someip: {{address: 127.0.0.1}}  # of this host, in the network of the services\n"
       "interfaces: {}\n"
       "generate: all\n",
-      files.c_str());
+      list.c_str());
 }
 
 AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,
@@ -541,8 +521,8 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   const documents::Mark mark = documents::to_mark(interfaces.Mark());
   std::vector<documents::Problem> unreadable;
   std::map<std::string, documents::Mark> marks;
-  const std::vector<describe::SourceText> sources =
-      describe::load_sources(paths_of(interfaces, file, marks, problems), unreadable);
+  const std::vector<std::string> paths = paths_of(interfaces, file, marks, problems);
+  const std::vector<describe::SourceText> sources = describe::load_sources(paths, unreadable);
   for (const documents::Problem& problem : unreadable) {
     const auto found = marks.find(problem.file);
     const documents::Mark at = found == marks.end() ? mark : found->second;
@@ -562,10 +542,9 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
     applied.good = false;
     return applied;
   }
-  describe::IdLock lock;
-  describe::System system = describe::make_system(
-      describe::read_sources(sources, describe::file_loader(), {.type_folders = type_folders(root, file)}),
-      lock);
+  const describe::LoadedSystem loaded =
+      describe::load_system(sources, paths, {.type_folders = type_folders(root, file)});
+  const describe::System& system = loaded.system;
   of_interfaces = system.problems;
   if (!system.good) {
     problems.error(mark, "interfaces: are not good");
@@ -604,12 +583,10 @@ AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, me
   }
   name_payloads(root, system.lowered, problems);
   // Where the interfaces only define types, no id of theirs is used.
-  if (!lock.services.empty() && (generate.all || expansion.names_any())) {
-    problems.warning(mark,
-                     fmt::format("interfaces: ids are missing, of {} and maybe others: they were chosen, and "
-                                 "no other program knows them. Add the file that has them, such as a FDEPL; "
-                                 "if there is none, `trestle generate --to routes` writes and keeps them",
-                                 documents::quote(lock.services.begin()->first)));
+  for (const std::string& line : {loaded.open_ids.kept, loaded.open_ids.chosen}) {
+    if (!line.empty() && (generate.all || expansion.names_any())) {
+      problems.warning(mark, "interfaces: " + line);
+    }
   }
   if (!generate.all) {
     return applied;

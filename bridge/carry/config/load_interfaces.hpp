@@ -20,9 +20,10 @@ struct AppliedInterfaces {
   IdNames names{};                             ///< that the descriptions give
 };
 
-/// The configuration that an interface description needs, in lines, for who takes it for one. Empty: by its
-/// name, the file is none.
-[[nodiscard]] std::string configuration_for(const std::string& description);
+/// Whether it is an interface description, by its name, and is there: some take it for a configuration.
+[[nodiscard]] bool is_description(const std::string& file);
+/// The configuration that such files need, in lines. It names FIDL and FDEPL files beside them, too.
+[[nodiscard]] std::string configuration_for(const std::vector<std::string>& descriptions);
 
 /// Uses the interface descriptions that a configuration names:
 ///

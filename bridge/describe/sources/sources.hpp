@@ -1,6 +1,7 @@
 // bridge/describe/sources: descriptions of any kind, each read by the reader of its kind, as one model.
 //
 //   sources.hpp    loads files and folders, tells their kind by name and text, and merges what readers made
+//   kept_ids.hpp   reads ids.lock beside them: the ids that none of them gives
 //   ros_types.hpp  makes services of ROS types: .msg, .srv, .action and .idl files, and names of types
 //
 // Captures, running networks and route files are sources of `trestle generate`, too: bridge/generate has

@@ -13,11 +13,15 @@
 // silently. A new target gets a folder here, and a line in bridge/generate/targets.cpp.
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/describe/model.hpp"
 
 namespace trestle::describe {
+
+/// What a comment says of an id that no description gives.
+inline constexpr std::string_view chosen_id_note = "chosen by Trestle, not given by a description";
 
 /// A file that a writer made.
 struct TextFile {

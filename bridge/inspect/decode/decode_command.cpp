@@ -125,6 +125,8 @@ void note_of_strangers(const MessageDecoder& decoder, const describe::Interfaces
                                   : "messages of " + list(others, [](const std::string& id) { return id; })));
 }
 
+constexpr const char* other_version_note =
+    "messages have another interface version than the interfaces (described_version)";
 constexpr const char* left_over_note =
     "messages have bytes left over behind their values (left_over): is the description as new as the sender?";
 
@@ -164,6 +166,7 @@ int decode_capture(const Arguments& arguments) {
   note(traffic.fragments().dropped() + traffic.fragments().incomplete(), "IP packets lack fragments");
   note(decoder.messages().incomplete(), "segmented messages lack segments");
   note(decoder.messages().with_left_over(), left_over_note);
+  note(decoder.messages().with_other_version(), other_version_note);
   note_of_strangers(decoder.messages(), arguments.interfaces.get());
   if (!file->error().empty()) {
     tell(cli::colours_for(STDERR_FILENO).red, "error",
@@ -206,6 +209,7 @@ int decode_hex(const Arguments& arguments) {
   if (!output.closed()) {
     note(decoder.incomplete(), "segmented messages lack segments");
     note(decoder.with_left_over(), left_over_note);
+    note(decoder.with_other_version(), other_version_note);
     note_of_strangers(decoder, arguments.interfaces.get());
   }
   return status_of(decoder.malformed());

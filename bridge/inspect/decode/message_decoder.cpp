@@ -138,6 +138,11 @@ std::optional<traffic::Violation> MessageDecoder::add_described(Json& object, st
     return std::nullopt;
   }
   add_names(object, *interfaces_, *element);
+  const std::uint8_t major = interfaces_->model().services[element->service].major;
+  if (header.interface_version != major) {
+    object["described_version"] = major;
+    ++with_other_version_;
+  }
   const describe::Content* const content = is_segment ? nullptr : content_of(*interfaces_, *element, header);
   if (content == nullptr) {
     return std::nullopt;
@@ -149,7 +154,6 @@ std::optional<traffic::Violation> MessageDecoder::add_described(Json& object, st
     ++with_left_over_;
   }
   // Of another version the description need not be right.
-  const std::uint8_t major = interfaces_->model().services[element->service].major;
   if (!misfit || header.interface_version != major) {
     return std::nullopt;
   }

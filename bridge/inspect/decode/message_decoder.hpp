@@ -44,6 +44,8 @@ class MessageDecoder : public traffic::MessageSink {
   [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
   /// Messages with bytes behind their values, which their description does not have.
   [[nodiscard]] std::uint64_t with_left_over() const noexcept { return with_left_over_; }
+  /// Messages of another interface version than that of the description.
+  [[nodiscard]] std::uint64_t with_other_version() const noexcept { return with_other_version_; }
   /// Whether there was a message, or an entry of service discovery, of a service that the interfaces
   /// describe.
   [[nodiscard]] bool saw_described() const noexcept { return saw_described_; }
@@ -68,6 +70,7 @@ class MessageDecoder : public traffic::MessageSink {
   std::uint64_t messages_ = 0;
   std::uint64_t malformed_ = 0;
   std::uint64_t with_left_over_ = 0;
+  std::uint64_t with_other_version_ = 0;
   bool saw_described_ = false;
   std::set<std::string> undescribed_;
 };

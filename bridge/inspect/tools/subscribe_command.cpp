@@ -269,6 +269,14 @@ int run(SubscribeArguments& options) {
     way.node->shutdown();
   }
   const bool enough = options.count == 0 ? received > 0 || !session.timed_out() : received == options.count;
+  if (!enough) {
+    cli::Session::warn(fmt::format("too few events: {}{} came{}", received,
+                                   options.count == 0 ? "" : fmt::format(" of {}", options.count),
+                                   session.timed_out() ? fmt::format(" in {} s", options.timeout_s) : ""));
+  }
+  if (wrong > 0) {
+    cli::Session::warn(fmt::format("{} of {} events were not good", wrong, received));
+  }
   return enough && wrong == 0 ? cli::exit_ok : cli::exit_failure;
 }
 

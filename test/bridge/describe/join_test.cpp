@@ -474,6 +474,12 @@ TEST(Join, TellsOfMessagesThatAreSaidDifferently) {
                             "Door.fidl:7:3: make them the same"),
                   HasSubstr("Door.moved has the eventgroup 0x0002 here, but 0x0001 at Door.fidl"),
                   HasSubstr("Door.open has for E2E the data_id 2 here, but 1 at Door.fidl")));
+  // Eventgroups stand where the ids do, which is in the FDEPL.
+  Model deployed = fidl;
+  deployed.files.emplace_back("Door.fdepl");
+  deployed.services[0].events[0].id_place = Place{1, {11, 5}};
+  EXPECT_THAT(told_of(deployed, other)[1],
+              HasSubstr("has the eventgroup 0x0002 here, but 0x0001 at Door.fdepl:11:5"));
   // An event may be in several.
   service.events[0].transfer.transport_at.reset();
   service.events[0].eventgroups = {someip::EventgroupId{2}, someip::EventgroupId{1}};

@@ -253,6 +253,26 @@ TEST(Explain, NamesTheEnumeratorsOfAllEnumerations) {
             nlohmann::json({{"name", "REVERSE"}, {"value", 4}}));
   EXPECT_FALSE(nlohmann::json::parse(to_json_text(*explain(system_of(door), "Door.chosen", "")))[0].contains(
       "enumerations"));
+  // Two of one name.
+  describe::IdLock lock;
+  const describe::System twice =
+      make_system(describe::read_sources(
+                      std::vector{describe::SourceText{
+                          "Two.fidl",
+                          "package car\ntypeCollection Front { version { major 1 minor 0 } enumeration Mode "
+                          "{ OFF = 0 } }\n"
+                          "typeCollection Rear { version { major 1 minor 0 } enumeration Mode { OFF = 3 } }\n"
+                          "interface Two { version { major 1 minor 0 }\n"
+                          "method set { in { Front.Mode front Rear.Mode rear Rear.Mode[] more } } }\n"}},
+                      {}),
+                  lock);
+  const auto both = explain(twice, "Two.set", "");
+  ASSERT_TRUE(both);
+  const std::string text_of_both = to_text(both->at(0));
+  EXPECT_THAT(text_of_both, HasSubstr("\n  car.Front.Mode: OFF = 0\n  car.Rear.Mode: OFF = 3\n"));
+  EXPECT_THAT(text_of_both, HasSubstr(" front  car.Front.Mode"));
+  EXPECT_THAT(text_of_both, HasSubstr(" rear   car.Rear.Mode"));
+  EXPECT_THAT(text_of_both, HasSubstr("car.Rear.Mode[]"));
   // Many of them stand in several lines.
   std::string many = "enumeration Many {";
   for (int i = 0; i < 40; ++i) {

@@ -116,22 +116,144 @@ class Generate(unittest.TestCase):
     def test_says_which_configuration_a_description_needs(self):
         folder = self.door()
         (folder / "Door.fdepl").rename(folder / "Door-SomeIP.fdepl")
-        for command, *files in (("bridge", "Door.fidl"), ("check", "Door.fidl"), ("bridge", "Door-SomeIP.fdepl"), ("bridge", "Door.fidl", "Door-SomeIP.fdepl")):
-            status, output, errors = run(command, *files, cwd=folder)
-            self.assertEqual((status, output), (2, ""))
-            first, *lines = errors.splitlines()
-            self.assertIn(f"{files[0]}: error: is an interface description: expected a configuration", first)
-            # It is one.
-            (folder / "bridge.yaml").write_text("\n".join(lines))
+        for command, *files in (("bridge", "Door.fidl"), ("check", "Door.fidl"), ("bridge", "Door-SomeIP.fdepl"), ("bridge", "Door.fidl", "Door-SomeIP.fdepl"),
+                                ("check", "Door.fidl", "Door-SomeIP.fdepl")):
+            status, configuration, errors = run(command, *files, cwd=folder)
+            self.assertEqual(status, 2)
+            self.assertRegex(errors, f"^{files[0]}: error: is an interface description: expected a configuration.*\n$")
+            # It is one, when standard output is saved.
+            (folder / "bridge.yaml").write_text(configuration)
             status, output, errors = run("check", folder / "bridge.yaml")
             self.assertEqual((status, errors), (0, ""))
             self.assertIn("/door/moved", output)
+        # The others are checked, too.
+        (folder / "bad.yaml").write_text("routs: []\n")
+        status, output, errors = run("check", "bad.yaml", "Door.fidl", cwd=folder)
+        self.assertEqual((status, output), (2, configuration))
+        self.assertIn("bad.yaml:1:1: error", errors)
+        # What is not there is no description.
+        status, output, errors = run("check", "Dor.fidl", cwd=folder)
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("Dor.fidl", errors)
+        self.assertNotIn("interface description", errors)
         status, _, errors = run("bridge", DOOR / "bridge.yaml", "more.yaml")
         self.assertEqual(status, 2)
         self.assertIn("not expected: more.yaml", errors)
         status, _, errors = run("bridge", DOOR / "bridge.yaml", "--consle")
         self.assertEqual(status, 2)
         self.assertIn("not expected: --consle", errors)
+
+    LAMP = "package car\ninterface Lamp { version { major 1 minor 0 } method turn { } broadcast hot { out { UInt8 x } } attribute Boolean lit }\n"
+
+    def test_all_commands_take_the_ids_that_are_kept_beside_the_description(self):
+        lamp, kept = self.folder / "Lamp.fidl", self.folder / "ids.lock"
+        lamp.write_text(self.LAMP)
+        self.assertEqual(run("generate", lamp, "--to", "routes", "-o", self.folder, "-q"), (0, "", ""))
+        text = kept.read_text()
+        number = re.search("id: (0x[0-9a-f]{4})", text)[1]
+        kept.write_text(text.replace(number, "0x5555").replace("turn: 0x0001", "turn: 0x0077"))
+        note = f"ids are missing, of 'car.Lamp' and maybe others: those of {kept} are used, which Trestle has chosen\n"
+        for source in (lamp, self.folder):
+            status, output, errors = run("explain", "Lamp", source)
+            self.assertEqual((status, errors), (0, "note: " + note))
+            self.assertIn("car.Lamp 0x5555 chosen", output)
+            self.assertRegex(output, "turn +0x0077 chosen")
+        status, output, errors = run("decode", "--hex", "--interfaces", lamp, input="55550077000000080000000001010000\n")
+        self.assertEqual((status, errors), (0, "note: " + note))
+        self.assertEqual(json.loads(output)["method_name"], "turn")
+        routes = self.folder / "own.yaml"
+        routes.write_text("someip: {address: 127.0.0.1}\ninterfaces: [Lamp.fidl]\ngenerate: all\n")
+        status, output, errors = run("check", routes)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("0x5555.0x0001", output)
+        self.assertIn("warning: interfaces: " + note, errors)
+        # What is new is kept there, too.
+        lamp.write_text(self.LAMP.replace("method turn { }", "method turn { } method off { }"))
+        out = self.folder / "out"
+        status, _, errors = run("generate", lamp, "--to", "sheet", "-o", out, "-q")
+        self.assertEqual((status, errors), (0, "note: " + note))
+        self.assertFalse((out / "ids.lock").exists())
+        self.assertIn("turn: 0x0077", kept.read_text())
+        self.assertIn("off: ", kept.read_text())
+        # Another file can be named.
+        status, output, errors = run("explain", "Lamp", lamp, "--lock", self.folder / "none.lock")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn(number, output)
+        # What contradicts is told with its place.
+        other = self.folder / "other" / "Door.fidl"
+        other.parent.mkdir()
+        other.write_text(self.LAMP.replace("Lamp", "Door"))
+        (other.parent / "ids.lock").write_text("services:\n  - name: car.Door\n    id: 0x5555\n")
+        status, _, errors = run("explain", lamp, other)
+        self.assertEqual(status, 2)
+        self.assertIn(f"{other.parent / 'ids.lock'}:2:5: error: 0x5555 of 'car.Door' is 0x5555 of 'car.Lamp' in {kept}: remove one of both", errors)
+        kept.write_text("version: 1\ntopics: []\n")
+        for command in (("explain", lamp), ("decode", "--hex", "--interfaces", lamp)):
+            status, _, errors = run(*command)
+            self.assertEqual(status, 2)
+            self.assertRegex(errors, rf"{kept}:\d:\d+: error: .*\(it is read because it lies beside '{lamp}'\)")
+
+    def test_names_the_fdepl_that_was_forgotten(self):
+        folder = self.door()
+        add = f"Add {folder / 'Door.fdepl'}, which was not given"
+        for before, behind in ((["explain"], []), (["generate"], ["--to", "json"]), (["decode", "--hex", "--interfaces"], [])):
+            status, _, errors = run(*before, folder / "Door.fidl", *behind)
+            self.assertEqual(status, 0, errors)
+            self.assertIn(add, errors)
+            status, _, errors = run(*before, folder / "Door.fidl", folder / "Door.fdepl", *behind)
+            self.assertEqual(status, 0, errors)
+            self.assertNotIn("ids are missing", errors)
+
+    def test_marks_chosen_ids_in_what_it_writes(self):
+        lamp = self.folder / "Lamp.fidl"
+        lamp.write_text(self.LAMP)
+        out, note = self.folder / "out", "chosen by Trestle, not given by a description"
+        self.assertEqual(run("generate", lamp, "--to", "fidl,routes,arxml", "-o", out, "-q")[0], 0)
+        fdepl = next(out.glob("*.fdepl")).read_text()
+        for key in ("ServiceID", "MethodID", "EventID", "GetterID", "SetterID", "NotifierID", "InstanceID"):
+            self.assertRegex(fdepl, rf"SomeIp{key} = \d+  // {note}\n")
+        self.assertIn(f"SomeIpEventGroups = {{ 1 }}  // {{ 1 }}: {note}\n", fdepl)
+        routes = (out / "bridge.yaml").read_text()
+        self.assertRegex(routes, rf"service: 0x[0-9a-f]{{4}}  # {note}: service, instance, event, eventgroup\n")
+        self.assertRegex(routes, rf"service: 0x[0-9a-f]{{4}}  # {note}: service, instance, method\n")
+        self.assertEqual(run("check", out / "bridge.yaml")[0], 0)
+        arxml = (out / "interfaces.arxml").read_text()
+        for tag in ("SERVICE-INTERFACE-ID", "METHOD-ID", "EVENT-ID", "EVENT-GROUP-ID", "SERVICE-INSTANCE-ID"):
+            self.assertRegex(arxml, rf"<!-- {note} -->\n *<{tag}>")
+        # Readers find the same ids, and nothing that was chosen.
+        models = [json.loads(run("generate", *sources, "--to", "json")[1])["services"][0] for sources in ([next(out.glob("*.fidl")), next(out.glob("*.fdepl"))], [out / "interfaces.arxml"])]
+        for model in models:
+            self.assertIn(model["id"], routes)
+            self.assertNotIn("id_is_chosen", model)
+        # Where all are given, nothing is marked.
+        self.assertEqual(run("generate", DOOR, "--to", "fidl,routes,arxml", "-o", self.folder / "given", "-q")[0], 0)
+        for file in (self.folder / "given").iterdir():
+            self.assertNotIn("chosen", file.read_text(), file)
+
+    def test_replaces_no_file_that_it_did_not_write(self):
+        out = self.folder / "out"
+        out.mkdir()
+        own = {out / name: f"mine {name}\n" for name in ("bridge.yaml", "interfaces.md")}
+        for file, text in own.items():
+            file.write_text(text)
+        arguments = ["generate", DOOR, "--to", "routes,sheet", "-o", out]
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 2)
+        self.assertIn(f"{out / 'bridge.yaml'}, {out / 'interfaces.md'} are not made by `trestle generate`, and would be replaced: "
+                      "expected another folder, or --force", errors)
+        self.assertEqual({file: file.read_text() for file in out.iterdir()}, own)
+        self.assertEqual(run(*arguments, "--force")[0], 0)
+        self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
+        # What it wrote it may replace, also where it was changed since.
+        (out / "bridge.yaml").write_text("changed\n")
+        self.assertEqual(run(*arguments)[0], 0)
+        self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
+        # No source, in any case.
+        self.assertEqual(run("generate", DOOR, "--to", "fidl", "-o", out, "-q")[0], 0)
+        fidl = next(out.glob("*.fidl"))
+        status, _, errors = run("generate", fidl, "--to", "fidl", "-o", out, "--force")
+        self.assertEqual(status, 2)
+        self.assertIn("is a source", errors)
 
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
@@ -321,6 +443,8 @@ class Generate(unittest.TestCase):
             status, output, errors = run("diff", *sources)
             self.assertEqual(status, 0, output + errors)
             self.assertIn("changes: 0,", output)
+            self.assertIn(f"\nids not compared: {DOOR / 'Door.fidl'} does not give all those of Door\n", output)
+        self.assertNotIn("ids not compared", run("diff", DOOR, DOOR)[1])
         # A method in front of others does not change them.
         more = self.folder / "Door.fidl"
         more.write_text((DOOR / "Door.fidl").read_text().replace("    method open", "    method knock fireAndForget {\n    }\n    method open"))
@@ -560,7 +684,8 @@ class Generate(unittest.TestCase):
         listed = {}
         for name, sources in (("files", (DOOR / "Door.fidl", DOOR / "Door.fdepl")), ("folder", (DOOR,)), ("alone", (DOOR / "Door.fidl",))):
             status, listed[name], errors = run("explain", *sources)
-            self.assertEqual((status, errors), (0, ""))
+            self.assertEqual(status, 0, errors)
+            self.assertRegex(errors, "^note: ids are missing.* Add .*Door.fdepl, which was not given\n$" if name == "alone" else "^$")
         self.assertEqual(listed["files"], listed["folder"])
         self.assertRegex(listed["files"], r"^car.Door 0x4711, version 1.0:\n  method  open +0x0010 ")
         self.assertRegex(listed["files"], r"\ntypes:\n(.*\n)*  car.Door.Speed +enumeration\n")

@@ -119,6 +119,7 @@ void Writer::write_instances() {
                       timing_path(*instance.timing, true, name, instance.place));
       }
       if (instance.id) {
+        note_chosen(xml, instance.id_is_chosen);
         xml.leaf("SERVICE-INSTANCE-ID", std::to_string(someip::value(*instance.id)));
       }
     } else {

@@ -486,6 +486,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     events.reference(is_trigger ? "TRIGGER-REF" : "EVENT-REF",
                      is_trigger ? "TRIGGER" : "VARIABLE-DATA-PROTOTYPE", service_path + "/" + short_one);
     if (event.id && is_free(service.name + "." + event.name, *event.id, event.place)) {
+      note_chosen(events, service.chosen_ids.contains(*event.id));
       events.leaf("EVENT-ID", number(someip::value(*event.id)));
     }
     transfer(events, event.transfer, "");
@@ -510,6 +511,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
            method.place);
     }
     if (method.id) {
+      note_chosen(methods, service.chosen_ids.contains(*method.id));
       methods.leaf("METHOD-ID", number(someip::value(*method.id)));
     }
     separation(methods, method.request_transfer, "-REQUEST");
@@ -546,10 +548,12 @@ void Writer::write_deployment(const Service& service, const std::string& service
       fields.leaf("SHORT-NAME", part_name);
       const bool is_event = suffix[0] == '\0';
       if (is_event && id && is_free(service.name + "." + field.name, *id, field.place)) {
+        note_chosen(fields, service.chosen_ids.contains(*id));
         fields.leaf("EVENT-ID", number(someip::value(*id)));
       }
       transfer(fields, what, suffix);
       if (!is_event && id) {
+        note_chosen(fields, service.chosen_ids.contains(*id));
         fields.leaf("METHOD-ID", number(someip::value(*id)));
       }
       separation(fields, what, suffix);
@@ -604,6 +608,8 @@ void Writer::write_deployment(const Service& service, const std::string& service
       }
       xml.open("SOMEIP-EVENT-GROUP");
       xml.leaf("SHORT-NAME", unique);
+      const auto group = std::ranges::find(service.eventgroups, id, &Eventgroup::id);
+      note_chosen(xml, group != service.eventgroups.end() && group->id_is_chosen);
       xml.leaf("EVENT-GROUP-ID", number(someip::value(id)));
       if (const auto members = groups.find(id); members != groups.end()) {
         xml.open("EVENT-REFS");
@@ -618,6 +624,7 @@ void Writer::write_deployment(const Service& service, const std::string& service
     xml.close();
   }
   if (service.id) {
+    note_chosen(xml, service.id_is_chosen);
     xml.leaf("SERVICE-INTERFACE-ID", number(someip::value(*service.id)));
   }
   if (service.has_version) {

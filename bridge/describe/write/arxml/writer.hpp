@@ -11,6 +11,7 @@
 
 #include "bridge/describe/write/arxml/write_arxml.hpp"
 #include "bridge/describe/write/arxml/xml.hpp"
+#include "bridge/describe/write/written.hpp"
 
 namespace trestle::describe::arxml_writer {
 
@@ -44,6 +45,13 @@ struct Rules {
 
 /// Seconds, as all times of AUTOSAR are, without trailing zeros: "0.002".
 [[nodiscard]] std::string seconds(std::chrono::nanoseconds time);
+
+/// Before an id.
+inline void note_chosen(Xml& id, bool is_chosen) {
+  if (is_chosen) {
+    id.comment(chosen_id_note);
+  }
+}
 
 /// Short names of which each is given once.
 class Names {

@@ -77,6 +77,13 @@ void Xml::leaf(std::string_view tag, std::string_view text) {
   text_ += "<" + name + ">" + escaped(text) + "</" + name.substr(0, name.find(' ')) + ">\n";
 }
 
+void Xml::comment(std::string_view text) {
+  indent();
+  text_ += "<!-- ";
+  text_ += text;
+  text_ += " -->\n";
+}
+
 void Xml::reference(std::string_view tag, std::string_view dest, std::string_view path) {
   leaf(std::string{tag} + " DEST=\"" + std::string{dest} + "\"", path);
 }

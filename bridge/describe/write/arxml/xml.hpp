@@ -19,6 +19,9 @@ class Xml {
   void open(std::string_view tag);
   void close();
   void leaf(std::string_view tag, std::string_view text);
+  /// Before the next element.
+  /// @param text  without "--".
+  void comment(std::string_view text);
   /// <TAG DEST="dest">path</TAG>
   void reference(std::string_view tag, std::string_view dest, std::string_view path);
   /// As it is: an element that another Xml made.

@@ -9,6 +9,7 @@
 
 #include "bridge/describe/address_text.hpp"
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/write/written.hpp"
 
 namespace trestle::describe::fidl_writing {
 namespace {
@@ -50,6 +51,13 @@ std::string listed(const std::vector<Id>& ids) {
     all += fmt::format("{}{}", all.empty() ? "" : ", ", static_cast<unsigned>(id));
   }
   return "{ " + all + " }";
+}
+
+/// "KEY = 17", with a note where nobody gave this id.
+template <typename Id>
+std::string id_setting(const char* key, Id id, bool is_chosen) {
+  return fmt::format("{} = {}{}", key, static_cast<unsigned>(id),
+                     is_chosen ? fmt::format("  // {}", chosen_id_note) : "");
 }
 
 std::string quoted(std::string_view text) {
@@ -446,7 +454,7 @@ Block Deployment::attribute(const Service& service, const Field& field) {
   const std::string owner = member(field.name, field.place);
   const auto id = [&](const char* key, const std::optional<someip::MethodId>& number, bool there) {
     if (number) {
-      block.settings.push_back(fmt::format("{} = {}", key, static_cast<unsigned>(*number)));
+      block.settings.push_back(id_setting(key, *number, service.chosen_ids.contains(*number)));
     } else if (there) {
       lose(owner, fmt::format("it has no {} yet", key));
     }
@@ -508,7 +516,8 @@ Block Deployment::method(const Service& service, const Method& method) {
                   "method " + escaped_fdepl(plan_.method_name(service, method)) + selector(method.selector)};
   const std::string owner = member(member_key(method.name, method.selector), method.place);
   if (method.id) {
-    block.settings.push_back(fmt::format("SomeIpMethodID = {}", static_cast<unsigned>(*method.id)));
+    block.settings.push_back(
+        id_setting("SomeIpMethodID", *method.id, service.chosen_ids.contains(*method.id)));
   } else {
     lose(owner, "it has no SomeIpMethodID yet");
   }
@@ -560,7 +569,7 @@ Block Deployment::event(const Service& service, const Event& event) {
                       selector(event.selector)};
   const std::string owner = member(member_key(event.name, event.selector), event.place);
   if (event.id) {
-    block.settings.push_back(fmt::format("SomeIpEventID = {}", static_cast<unsigned>(*event.id)));
+    block.settings.push_back(id_setting("SomeIpEventID", *event.id, service.chosen_ids.contains(*event.id)));
   } else {
     lose(owner, "it has no SomeIpEventID yet");
   }
@@ -591,7 +600,7 @@ Block Deployment::interface(const Container& container) {
   Block block{.head = fmt::format("define org.genivi.commonapi.someip.deployment for interface {}",
                                   container.full())};
   if (service.id) {
-    block.settings.push_back(fmt::format("SomeIpServiceID = {}", static_cast<unsigned>(*service.id)));
+    block.settings.push_back(id_setting("SomeIpServiceID", *service.id, service.id_is_chosen));
   } else {
     lose(service_, "it has no SomeIpServiceID yet");
   }
@@ -605,7 +614,14 @@ Block Deployment::interface(const Container& container) {
         lose(service_, fmt::format("the name '{}' of an eventgroup", group.name), group.place);
       }
     }
-    block.settings.push_back("SomeIpEventGroups = " + listed(groups));
+    std::string setting = "SomeIpEventGroups = " + listed(groups);
+    std::erase_if(groups, [&](someip::EventgroupId id) {
+      return !std::ranges::find(service.eventgroups, id, &Eventgroup::id)->id_is_chosen;
+    });
+    if (!groups.empty()) {
+      setting += fmt::format("  // {}: {}", listed(groups), chosen_id_note);
+    }
+    block.settings.push_back(std::move(setting));
   }
   if (!service.namespaces.empty()) {
     lose(service_, "namespaces");
@@ -689,7 +705,7 @@ Block Deployment::provider(const Instance& instance, const std::string& name) {
          instance.place);
   }
   if (instance.id) {
-    inner.settings.push_back(fmt::format("SomeIpInstanceID = {}", static_cast<unsigned>(*instance.id)));
+    inner.settings.push_back(id_setting("SomeIpInstanceID", *instance.id, instance.id_is_chosen));
   } else {
     lose(label_of(instance), "it has no SomeIpInstanceID yet", instance.place);
   }

@@ -708,11 +708,17 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
   std::set<std::tuple<std::string, someip::InstanceId, Side>> done;
   Offers offers{model, options.first_port};
   Names names;
+  const std::set<std::string, std::less<>> bases = only_bases(model);
   for (const Instance& instance : model.instances) {
     const Service* service = index.service(instance.service);
     if (service == nullptr) {
       not_carried.push_back(
           {label_of(instance), "the instance of a service that is not described", instance.place});
+      continue;
+    }
+    if (bases.contains(instance.service)) {
+      not_carried.push_back(
+          {service->name, "it has no id and no instance, and others extend it", service->place});
       continue;
     }
     const bool provided = instance.role == Instance::Role::provided;

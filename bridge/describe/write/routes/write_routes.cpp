@@ -1,11 +1,13 @@
 #include "bridge/describe/write/routes/write_routes.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
 #include <string_view>
 
+#include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/write/routes/action_entries.hpp"
 #include "bridge/describe/write/routes/lost_names.hpp"
 #include "bridge/describe/write/routes/lost_settings.hpp"
@@ -50,6 +52,39 @@ std::string list_of(const std::vector<std::string>& names) {
     list += fmt::format("{}{}", list.empty() ? "" : ", ", one.substr(1, one.size() - 2));
   }
   return fmt::format("[{}]", list);
+}
+
+/// The ids of a route that nobody gave: "service, event". Empty: all were given.
+std::string chosen_ids_of(const InstanceIndex& index, const RouteEntry& entry) {
+  std::vector<std::string> chosen;
+  const Service* const service = index.service(entry.service);
+  if (service == nullptr) {
+    return {};
+  }
+  if (service->id_is_chosen) {
+    chosen.emplace_back("service");
+  }
+  if (std::ranges::any_of(index.of(*service), [&](const Instance* one) {
+        return one->id_is_chosen && one->id == entry.instance;
+      })) {
+    chosen.emplace_back("instance");
+  }
+  for (const char* key : {"event", "eventgroup", "method", "getter", "setter"}) {
+    const YAML::Node node = entry.node[key];
+    const auto id = node.IsDefined() && node.IsScalar() ? documents::id_number(0, 0xffff).read(node.Scalar())
+                                                        : std::nullopt;
+    if (!id) {
+      continue;
+    }
+    const auto number = static_cast<std::uint16_t>(*id);
+    const bool is_group = std::string_view{key} == "eventgroup";
+    const auto group = std::ranges::find(service->eventgroups, someip::EventgroupId{number}, &Eventgroup::id);
+    if (is_group ? group != service->eventgroups.end() && group->id_is_chosen
+                 : service->chosen_ids.contains(someip::MethodId{number})) {
+      chosen.emplace_back(key);
+    }
+  }
+  return fmt::format("{}", fmt::join(chosen, ", "));
 }
 
 }  // namespace
@@ -127,6 +162,7 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
   if (!options.interfaces.empty()) {
     text += fmt::format("interfaces: {}  # for their types\n", list_of(options.interfaces));
   }
+  const InstanceIndex index{model};
   for (const char* list : {"routes", "methods", "fields", "actions"}) {
     if (std::ranges::find(entries, list, &RouteEntry::list) == entries.end()) {
       continue;
@@ -139,12 +175,15 @@ Written write_routes(const Model& model, const Lowered& lowered, const RouteFile
       YAML::Emitter out;
       emit(out, entry.node, false);
       text += fmt::format("  # {}\n", documents::printable(entry.element));
+      const std::string chosen = chosen_ids_of(index, entry);
       // An element of the list: what the emitter wrote, indented.
       std::string_view rest = out.c_str();
       for (bool first = true; !rest.empty(); first = false) {
         const std::string_view line = rest.substr(0, rest.find('\n'));
         rest.remove_prefix(std::min(rest.size(), line.size() + 1));
-        text += fmt::format("  {} {}\n", first ? "-" : " ", line);
+        const bool has_note = !chosen.empty() && line.starts_with("service: ");
+        text += fmt::format("  {} {}{}\n", first ? "-" : " ", line,
+                            has_note ? fmt::format("  # {}: {}", chosen_id_note, chosen) : "");
       }
     }
   }

@@ -142,7 +142,7 @@ class WiresharkWriter {
   template <typename... Cells>
   void name_row(bool id_is_chosen, const char* table, const Cells&... cells) {
     if (id_is_chosen) {
-      pending_.push_back({table, "# chosen by Trestle, not given by a description:\n"});
+      pending_.push_back({table, fmt::format("# {}:\n", chosen_id_note)});
     }
     row(table, cells...);
   }

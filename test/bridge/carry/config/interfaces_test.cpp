@@ -408,12 +408,58 @@ TEST_F(InterfacesTest, TellWhereAnEntryWasAskedForThatIsWrong) {
 }
 
 TEST_F(InterfacesTest, ChooseIdsThatAreMissing) {
+  const std::string forgotten = (folder_ / "Door.fdepl").string();
+  const auto warning = [&] {
+    const Loaded loaded = good("interfaces: [Door.fidl]\ngenerate: all\n");
+    EXPECT_THAT(loaded.config.routes, SizeIs(2));
+    EXPECT_EQ(loaded.config.routes.front().instance, someip::InstanceId{1});
+    return loaded.warnings.empty() ? std::string{} : loaded.warnings.front().text;
+  };
+  EXPECT_THAT(warning(), HasSubstr("ids are missing, of 'car.Door'"));
+  EXPECT_THAT(warning(), HasSubstr("Add " + forgotten + ", which was not given"));
+  std::filesystem::remove(forgotten);
+  EXPECT_THAT(warning(), HasSubstr("Add the file that has them, such as a FDEPL"));
+}
+
+TEST_F(InterfacesTest, TakeIdsThatAreKeptBesideThem) {
+  write("ids.lock", "services:\n  - {name: car.Door, id: 0x5555}\n");
   const Loaded loaded = good("interfaces: [Door.fidl]\ngenerate: all\n");
-  ASSERT_FALSE(loaded.warnings.empty());
-  EXPECT_THAT(loaded.warnings.front().text, HasSubstr("ids are missing, of 'car.Door'"));
-  EXPECT_THAT(loaded.warnings.front().text, HasSubstr("Add the file that has them, such as a FDEPL"));
+  ASSERT_THAT(loaded.warnings, SizeIs(testing::Ge(2U)));
+  EXPECT_THAT(loaded.warnings[0].text,
+              HasSubstr("ids are missing, of 'car.Door' and maybe others: those of " +
+                        (folder_ / "ids.lock").string() + " are used, which Trestle has chosen"));
+  EXPECT_THAT(loaded.warnings[1].text, HasSubstr("they were chosen"));  // those of its members
   ASSERT_THAT(loaded.config.routes, SizeIs(2));
-  EXPECT_EQ(loaded.config.routes[0].instance, someip::InstanceId{1});
+  EXPECT_EQ(loaded.config.routes[0].service, someip::ServiceId{0x5555});
+  // Where all are given, nothing is to be said.
+  EXPECT_THAT(good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n").warnings, IsEmpty());
+  // What is wrong with it has its place.
+  write("ids.lock", "services:\n  - {name: car.Door, id: 0x5555}\n  - {name: car.Lamp, id: 0x5555}\n");
+  EXPECT_THAT(errors("interfaces: [Door.fidl]\ngenerate: all\n"),
+              HasSubstr("ids.lock:3:26: error: id: 0x5555 of car.Lamp is that of car.Door in line 2"));
+}
+
+TEST_F(InterfacesTest, LeaveOutWhatOnlyOthersExtend) {
+  write("Base.fidl",
+        "package car\ninterface Base { version { major 1 minor 0 } broadcast hot { out { UInt8 x } } }\n"
+        "interface Heir extends Base { version { major 1 minor 0 } }\n");
+  std::string deployed = door_fdepl;
+  deployed = deployed.substr(0, deployed.find("import \"Door.fidl\"")) + R"(import "Base.fidl"
+define org.genivi.commonapi.someip.deployment for interface car.Base {
+  broadcast hot { SomeIpEventID = 0x8001 SomeIpEventGroups = { 1 } }
+}
+define org.genivi.commonapi.someip.deployment for interface car.Heir { SomeIpServiceID = 0x1111 }
+define org.genivi.commonapi.someip.deployment for provider as P {
+  instance car.Heir { InstanceId = "car.Heir" SomeIpInstanceID = 1 }
+}
+)";
+  write("Base.fdepl", deployed);
+  const Loaded loaded = good("interfaces: [Base.fidl, Base.fdepl]\ngenerate: all\n");
+  ASSERT_THAT(loaded.config.routes, SizeIs(1));
+  EXPECT_EQ(loaded.config.routes[0].topic, "/heir/hot");
+  ASSERT_THAT(loaded.warnings, SizeIs(1));
+  EXPECT_THAT(loaded.warnings[0].text,
+              HasSubstr("not carried: Base: it has no id and no instance, and others extend it"));
 }
 
 TEST_F(InterfacesTest, WarnsOfAPackageThatHidesOneOfRos) {

@@ -129,6 +129,12 @@ class Captures(unittest.TestCase):
             for seen in (REQUEST, OFFER):
                 status, _, errors = run("--hex", "--interfaces", lamp, deployed, stdin=f"{seen}\n")
                 self.assertEqual((status, errors), (0, ""))
+            # A message whose interface version alone is another one.
+            for version in ("01", "07"):
+                status, objects, errors = run("--hex", "--interfaces", lamp, deployed, stdin=f"12348001000000080000000001{version}0200\n")
+                self.assertEqual((status, objects[0]["event_name"]), (0, "hot"))
+                self.assertEqual(objects[0].get("described_version"), None if version == "01" else 1)
+                self.assertEqual(errors, "" if version == "01" else "note: 1 messages have another interface version than the interfaces (described_version)\n")
             status, _, errors = run(capture("rr_udp"), "--interfaces", lamp)
             self.assertRegex(errors, bare + "messages of 0x")
 

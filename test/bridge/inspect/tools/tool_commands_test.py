@@ -119,11 +119,13 @@ class TwoPrograms(unittest.TestCase):
             # An event that nobody asked for is not printed.
             done = run("subscribe", 2, "0x1234.1", "1", "0x8002", "--timeout", "0.5")
             self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("warning: too few events: 0 came in 0.5 s\n", done.stderr)
 
             # A payload that is no message of the type.
             done = run("subscribe", 2, "0x1234.1", "1", "--type", "std_msgs/String", "--count", "1")
             self.assertEqual((done.returncode, done.stdout), (1, ""))
             self.assertIn("warning: not a std_msgs/msg/String: truncated at byte 0 in data", done.stderr)
+            self.assertIn("warning: 1 of 1 events were not good\n", done.stderr)
 
             status, out, log = notify.stop()
             self.assertEqual((status, out), (0, ""))
