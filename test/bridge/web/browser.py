@@ -140,10 +140,10 @@ class Browser:
         """, files)
 
     def downloaded(self, name):
-        """The path of a file that the page has saved."""
+        """The path of a file that the page has saved. Chromium makes it at the beginning, and moves what it has there at the end."""
         path = os.path.join(self.downloads, name)
         end = time.monotonic() + PATIENCE
-        while not os.path.exists(path):
+        while not os.path.exists(path) or os.path.getsize(path) == 0:
             if time.monotonic() > end:
                 raise AssertionError(f"not saved: {name}; there are {os.listdir(self.downloads)}")
             time.sleep(0.05)
