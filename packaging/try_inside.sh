@@ -33,7 +33,7 @@ cp /usr/share/doc/trestle/examples/bridge_a.yaml /etc/trestle/vehicle.yaml
 setpriv --reuid=65534 --regid=65534 --clear-groups --no-new-privs --inh-caps=-all \
   trestle bridge /etc/trestle/vehicle.yaml >/tmp/bridge.log 2>&1 &
 bridge=$!
-for _ in $(seq 100); do
+for _ in $(seq 600); do
   ! grep -q 'offers\|ready\|running' /tmp/bridge.log || break
   kill -0 $bridge 2>/dev/null || break
   sleep 0.1

@@ -11,13 +11,14 @@ HOST = f"127.{1 + (PID >> 8) % 254}.{PID & 255}."
 BRIDGE, PEER = HOST + "11", HOST + "12"
 GROUP = f"239.254.{PID >> 8 & 255}.{PID & 255}"
 DOMAIN = own_domain()
+TTL = 600  # of what a bridge offers and subscribes to: a slow machine is no reason to be gone
 
 
 def head(address=BRIDGE):
     return f"""\
 someip:
   address: {address}
-  sd: {{multicast: {GROUP}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 200 ms}}
+  sd: {{multicast: {GROUP}, initial_delay_min: 0, initial_delay_max: 5 ms, cyclic_offer_delay: 200 ms, ttl: {TTL} s}}
 dds: {{domain: {DOMAIN}, interfaces: [127.0.0.1]}}
 """
 

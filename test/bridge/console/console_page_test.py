@@ -103,7 +103,7 @@ class Page(unittest.TestCase):
 
     def tearDown(self):
         # Errors, and whatever the policy of the page forbade.
-        expected = ("401 (Unauthorized)", "net::ERR_CONNECTION")
+        expected = ("401 (Unauthorized)", "net::ERR_CONNECTION", "net::ERR_EMPTY_RESPONSE")  # of a bridge that ends
         self.assertEqual([one for one in self.browser.log() if not any(text in one for text in expected)], [])
 
     def test_has_the_names_of_interface_descriptions(self):
@@ -117,9 +117,11 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#route h2", "/moved ← Door.0x0001.moved waiting")
         browser.wait_for_text("#route", "Door.0x0001.moved, version 1.any; UDP; eventgroup 0x0002 (moved, blocked)")
 
-    def edges(self):
-        """How many edges there are that say why nothing flows, and such where something does."""
-        return self.browser.run("return [document.querySelectorAll('#graph .edge.bad').length, document.querySelectorAll('#graph .edge.good').length]")
+    def wait_for_edges(self, bad, good):
+        """Until there are so many edges that say why nothing flows, and such where something does."""
+        self.browser.wait(f"{bad} edges that say why nothing flows, and {good} on which something does",
+                          "return document.querySelectorAll('#graph .edge.bad').length === arguments[0]"
+                          " && document.querySelectorAll('#graph .edge.good').length === arguments[1]", bad, good)
 
     def test_shows_the_network_and_why_nothing_flows_until_it_does(self):
         browser = self.browser
@@ -127,10 +129,9 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#bridge", "drive.yaml")
         browser.wait_for_text("#graph", "no SOME/IP packet has come in")
         browser.wait_for_text("#causes", f"nobody else is in DDS domain {DOMAIN}")
-        self.assertEqual(self.edges(), [2, 0])
+        self.wait_for_edges(2, 0)
         server = notify(self, 0x2222, "{x: 1.5, y: -2, z: 3}", POINT)
-        browser.wait("an edge on which something flows", "return document.querySelectorAll('#graph .edge.good').length === 2")
-        self.assertEqual(self.edges(), [1, 2])
+        self.wait_for_edges(1, 2)
         browser.wait_for_text("#graph", PEER)
         self.assertIn("version 1.", browser.text("#graph"))
         self.assertNotIn("no SOME/IP packet", browser.text("#network"))
@@ -141,7 +142,7 @@ class Page(unittest.TestCase):
         server.end()
         browser.wait_for_text("#causes", "nobody offers 0x2222.0x0001")
         browser.wait_for_text("#graph", "nobody offers 0x2222.0x0001")
-        self.assertEqual(self.edges()[0], 2)
+        self.wait_for_edges(2, 0)
         browser.run("[...document.querySelectorAll('#causes a')].find((one) => one.textContent === '/in').click()")
         browser.wait_for_text("#route h2", "/in ← 0x2222.0x0001.0x8001 waiting")
         browser.wait_for_text("#route .cause", "nobody offers 0x2222.0x0001")
@@ -176,10 +177,12 @@ class Page(unittest.TestCase):
         server.end()
         browser.wait("its end", bars + f".some(([name, words]) => name === 'gone' && words.startsWith('{PEER} offers 0x2222.0x0001'))")
         told = [one for one in browser.run(changes) if one.startswith(f"{PEER} offers")]
-        self.assertRegex("\n".join(told), rf"^{PEER} offers 0x2222\.0x0001 1\.\d+ no longer\n{PEER} offers 0x2222\.0x0001 1\.\d+$")
-        # A host that comes back has a second bar in its row.
+        # More than once where the machine stalled for longer than an offer lives.
+        self.assertRegex("\n".join(told), rf"^({PEER} offers 0x2222\.0x0001 1\.\d+ no longer\n{PEER} offers 0x2222\.0x0001 1\.\d+\n?)+$")
+        # A host that comes back has another bar in its row.
+        before = len(told) // 2
         notify(self, 0x2222, "{x: 1}", POINT)
-        browser.wait("two bars", bars + f".filter(([, words]) => words.startsWith('{PEER} offers 0x2222.0x0001')).length === 2")
+        browser.wait("another bar", bars + f".filter(([, words]) => words.startsWith('{PEER} offers 0x2222.0x0001')).length > {before}")
 
     def see(self, kind, values):
         """Opens the page of a route to which such messages come."""
@@ -229,6 +232,9 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#sight-words", "3 points, 1 nowhere, in lidar")
         pixels = "return document.querySelector('canvas.scene').toDataURL()"
         drawn = browser.run(pixels)
+
+        def another(before):
+            return browser.wait("another picture", f"const now = (() => {{ {pixels} }})(); return now !== arguments[0] && now", before)
         self.assertEqual(browser.run("return document.querySelector('canvas.scene').dataset.points"), "3")
         time.sleep(0.5)
         self.assertEqual(browser.run(pixels), drawn, "the same cloud looks the same")
@@ -236,22 +242,20 @@ class Page(unittest.TestCase):
         move = lambda x: {"type": "pointerMove", "duration": 50, "origin": canvas, "x": x, "y": 0}
         browser.ask("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [
             move(0), {"type": "pointerDown", "button": 0}, move(30), move(90), {"type": "pointerUp", "button": 0}]}]})
-        dragged = browser.run(pixels)
-        self.assertNotEqual(dragged, drawn)
+        dragged = another(drawn)
         browser.run("document.querySelector('canvas.scene').focus()")
         browser.keys("UP")
-        turned = browser.run(pixels)
-        self.assertNotEqual(turned, dragged)
+        turned = another(dragged)
         browser.keys("+")
-        near = browser.run(pixels)
-        self.assertNotEqual(near, turned)
+        near = another(turned)
         browser.run("const by = document.querySelector('#sight select'); by.value = 'value'; by.onchange()")
-        self.assertNotEqual(browser.run(pixels), near)
+        another(near)
 
     def colour(self, browser):
         """Of a pixel in the middle of the picture."""
-        return browser.run("const canvas = document.querySelector('canvas.picture'); if (!canvas) return null;"
-                           "return [...canvas.getContext('2d').getImageData(canvas.width >> 1, canvas.height >> 1, 1, 1).data]")
+        return browser.wait("a picture", "const canvas = document.querySelector('canvas.picture'); if (!canvas) return null;"
+                            "const colour = [...canvas.getContext('2d').getImageData(canvas.width >> 1, canvas.height >> 1, 1, 1).data];"
+                            "return colour[3] > 0 && colour")
 
     def test_shows_a_picture(self):
         browser = self.see("sensor_msgs/msg/Image", f"{{height: 4, width: 4, step: 12, encoding: bgr8, data: 'hex:{'1040a0' * 16}'}}")
@@ -304,7 +308,7 @@ class Page(unittest.TestCase):
         browser.wait_for_text("#message tbody", "height")
         browser.wait("columns of both histograms", "return [...document.querySelectorAll('#route .chart')].filter((one) => one.querySelector('rect')).length === 2")
         demo.end()
-        self.assertIn("lost 0", demo.text())
+        self.assertRegex(demo.text(), r" arrived [1-9]\d* +lost \d+ +corrupt 0 ")  # a machine that stalls loses some of UDP
 
     def test_finds_one_of_a_thousand(self):
         browser = self.browser
@@ -329,7 +333,7 @@ class Page(unittest.TestCase):
         browser.open(bridge(self, route("/in", 0x2222)).url)
         browser.wait_for_text("#graph", "waiting")
         browser.keys("TAB", "ENTER")  # "Skip to the content"
-        self.assertEqual(browser.run(FOCUS), "main")
+        browser.wait("the content", "return document.activeElement.id === 'main'")
         browser.keys("TAB", "TAB", "TAB")  # the filter, the graph, its only route
         self.assertEqual(browser.run("return document.activeElement.getAttribute('aria-label').split(',')[0]"), "/in 0x2222.0x0001.0x8001")
         # It stays there while everything is drawn again and again.

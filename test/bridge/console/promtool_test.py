@@ -16,10 +16,10 @@ def main():
         print(f"{'missing' if required else 'skipped'}: promtool; ./run setup --peers installs it")
         return 1 if required else 77
     with tempfile.TemporaryDirectory() as folder:
-        subprocess.run([sys.argv[1], "--gtest_filter=Metrics.AreWrittenForOthersToJudge"], check=True, timeout=30,
+        subprocess.run([sys.argv[1], "--gtest_filter=Metrics.AreWrittenForOthersToJudge"], check=True, timeout=120,
                        env={**os.environ, "METRICS_FOLDER": folder}, stdout=subprocess.DEVNULL)
         with open(os.path.join(folder, "prometheus.txt"), encoding="utf-8") as text:
-            done = subprocess.run([promtool, "check", "metrics"], stdin=text, timeout=30, text=True,
+            done = subprocess.run([promtool, "check", "metrics"], stdin=text, timeout=120, text=True,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         print(done.stdout)
         if done.returncode != 0 or done.stdout.strip():

@@ -47,8 +47,10 @@ class Browser:
             *(["--force-dark-mode", "--blink-settings=preferredColorScheme=0"] if dark else []),
         ]
         options = {"binary": shutil.which("chromium"), "args": arguments, "prefs": {"download.default_directory": self.downloads}}
-        session = self.ask("POST", "", {"capabilities": {"alwaysMatch": {
-            "browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}})
+        wanted = {"capabilities": {"alwaysMatch": {
+            "browserName": "chrome", "goog:chromeOptions": options, "goog:loggingPrefs": {"browser": "ALL"}}}}
+        # On a slow machine chromedriver gives up waiting for Chromium after a minute, and so do we.
+        session = self.until_done(lambda: self.ask("POST", "", wanted, 2 * PATIENCE), 3 * PATIENCE)
         self.url += "/" + session["sessionId"]
 
     def __enter__(self):
@@ -64,11 +66,23 @@ class Browser:
         self.driver.stdout.close()
         self.folder.cleanup()
 
-    def ask(self, method, path, body=None):
+    @staticmethod
+    def until_done(act, patience=PATIENCE):
+        """Does what the browser may refuse at first, until it does not."""
+        end = time.monotonic() + patience
+        while True:
+            try:
+                return act()
+            except RuntimeError:
+                if time.monotonic() > end:
+                    raise
+            time.sleep(0.05)
+
+    def ask(self, method, path, body=None, patience=PATIENCE):
         request = urllib.request.Request(self.url + path, method=method, headers={"Content-Type": "application/json"},
                                          data=None if body is None else json.dumps(body).encode())
         try:
-            with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
+            with urllib.request.urlopen(request, timeout=patience) as answer:
                 return json.load(answer)["value"]
         except urllib.error.HTTPError as error:
             raise RuntimeError(json.load(error)["value"]["message"]) from None
@@ -84,7 +98,8 @@ class Browser:
         return self.ask("POST", "/element", {"using": "css selector", "value": css})[ELEMENT]
 
     def click(self, css):
-        self.ask("POST", f"/element/{self.find(css)}/click", {})
+        """What is found may be drawn anew, or moved, before it is clicked."""
+        self.until_done(lambda: self.ask("POST", f"/element/{self.find(css)}/click", {}))
 
     def keys(self, *presses):
         """To what has the focus. A key's name, or text; "SHIFT+TAB" holds the first down."""
@@ -125,10 +140,10 @@ class Browser:
         """, files)
 
     def downloaded(self, name):
-        """The path of a file that the page has saved."""
+        """The path of a file that the page has saved. Chromium makes it at the beginning, and moves what it has there at the end."""
         path = os.path.join(self.downloads, name)
         end = time.monotonic() + PATIENCE
-        while not os.path.exists(path):
+        while not os.path.exists(path) or os.path.getsize(path) == 0:
             if time.monotonic() > end:
                 raise AssertionError(f"not saved: {name}; there are {os.listdir(self.downloads)}")
             time.sleep(0.05)

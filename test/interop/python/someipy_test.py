@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """someipy_test.py NODE_PEER: our Node and someipy, each in both roles, over UDP and TCP."""
 import asyncio
+import contextlib
 import json
 import logging
 import os
@@ -41,6 +42,16 @@ def echo(payload, address):
     return result
 
 
+async def connected(socket_path):
+    """To the daemon: its socket is there some time before it listens, for which someipy waits three seconds."""
+    for _ in range(20):
+        try:
+            return await connect_to_someipy_daemon({"socket_path": socket_path})
+        except Exception as error:  # of no class of its own
+            told = error
+    raise AssertionError(told)
+
+
 class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
     async def asyncSetUp(self):
         socket_path = os.path.join(self.folder.name, "someipyd.sock")
@@ -54,12 +65,13 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
             if os.path.exists(socket_path):
                 break
             await asyncio.sleep(0.02)
-        self.daemon = await connect_to_someipy_daemon({"socket_path": socket_path})
+        self.daemon = await connected(socket_path)
         self.node = peer.Node(program)
 
     async def asyncTearDown(self):
         await asyncio.to_thread(self.node.stop)
-        await self.daemon.disconnect_from_daemon()
+        with contextlib.suppress(asyncio.TimeoutError):  # after half a second
+            await self.daemon.disconnect_from_daemon()
         self.process.terminate()
         self.process.wait(60)
         try:
@@ -106,13 +118,19 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         server = await self.serve(description(transport, methods=False))
         event = 0x8000 | group
         self.node.do("subscribe", peer.SERVICE, peer.INSTANCE, 1, group, event, transport)
-        for _ in range(1200):
+        for _ in range(3000):
             server.send_event(group, event, b"\x01\x02")
             await asyncio.sleep(0.05)
             if any(line.startswith("event") for line in self.node.lines):
                 break
         await self.expect(f"event {event:04x} session . 0102 from {peer.THEIRS}")
-        await self.ask("counters", answer="counters malformed 0 sd-malformed 0 .*subscribed true")
+        for _ in range(3000):  # the event may be looked at before the Ack
+            told = await self.ask("counters", answer="counters malformed 0 sd-malformed 0 .*subscribed (true|false)")
+            if told[1] == "true":
+                break
+            await asyncio.sleep(0.02)
+        else:
+            self.fail("no SubscribeEventgroupAck")
         self.node.do("unsubscribe")
         await server.stop_offer()
 
@@ -140,18 +158,18 @@ class Someipy(peer.Recorded, unittest.IsolatedAsyncioTestCase):
         client = await self.client(description(transport))
         received = []
         client.register_callback(lambda event, payload: received.append((event, payload)))
-        client.subscribe_eventgroup(client.service.eventgroups[group], 3)
-        for _ in range(1200):
+        client.subscribe_eventgroup(client.service.eventgroups[group], 600)  # seconds: nothing expires that is only late
+        for _ in range(3000):
             if await self.notify(group) > 0:
                 break
             await asyncio.sleep(0.05)
-        for _ in range(1200):
+        for _ in range(3000):
             if received:
                 break
             await asyncio.sleep(0.02)
         self.assertEqual(received[:1], [(0x8000 | group, b"\x0a\x0b")])
         client.unsubscribe_eventgroup(client.service.eventgroups[group])
-        for _ in range(1200):
+        for _ in range(3000):
             if await self.notify(group) == 0:
                 return
             await asyncio.sleep(0.02)

@@ -101,10 +101,9 @@ class Described(unittest.TestCase):
     def call(self, name, kind, /, **request):
         client = self.ros.node.create_client(kind, name)
         self.until(client.service_is_ready, f"{name} does not come")
-        future = client.call_async(kind.Request(**request))
-        self.until(future.done, f"{name} does not answer")
+        answer = self.ros.ask(lambda: client.call_async(kind.Request(**request)))
         self.ros.node.destroy_client(client)
-        return future.result()
+        return answer
 
     def hears(self, topic, kind, wanted, again, qos=10):
         got = []

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import unittest
 
-from ros_test import A, B, Bridge, Ros, peer  # noqa: E402
+from ros_test import A, B, PATIENCE, Bridge, Ros, peer  # noqa: E402
 from std_srvs.srv import SetBool  # noqa: E402
 
 STANDARD, EPROSIMA = 0x0083, 0x800f
@@ -40,15 +40,13 @@ class ParameterIds(unittest.TestCase):
         self.addCleanup(one.close)
         self.addCleanup(two.close)
 
-        def both(condition):
-            return one.wait(lambda: (two.executor.spin_once(timeout_sec=0.005), condition())[1])
+        def both(condition, patience=PATIENCE):
+            return one.wait(lambda: (two.executor.spin_once(timeout_sec=0.005), condition())[1], patience)
         for server, caller, name in (one, two, "/there"), (two, one, "/back"):
             server.node.create_service(SetBool, name, lambda request, response: SetBool.Response(success=request.data))
             client = caller.node.create_client(SetBool, name)
             self.assertTrue(both(client.service_is_ready), name)
-            answer = client.call_async(SetBool.Request(data=True))
-            self.assertTrue(both(answer.done), name)
-            self.assertTrue(answer.result().success)
+            self.assertTrue(both(lambda: caller.ask(lambda: client.call_async(SetBool.Request(data=True)), both).success), name)
         recorder.stop()
         wanted = f"rtps.param.id == {STANDARD:#x} || rtps.param.id == {EPROSIMA:#x}"
         command = ["tshark", "-r", recorder.path, "-Y", wanted, "-T", "fields"]

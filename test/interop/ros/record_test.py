@@ -2,6 +2,7 @@
 """record_test.py TRESTLE: trestle record and trestle replay beside a ROS 2 node: the library rosbags, which has a CDR decoder of
 its own, and the library mcap read what the one wrote, and all is what the node sent. The other one sends a bag that rosbags
 wrote, and the node gets what is in it."""
+import json
 import os
 import pathlib
 import signal
@@ -65,14 +66,17 @@ class Records(unittest.TestCase):
         player = ros_test.Ros(1, "player")  # until it has sent: what is latched would come again
         publishers = {topic: player.node.create_publisher(type(sent[0]), topic, qos) for topic, (qos, sent) in messages.items()}
         bag = self.folder / "bag"
-        recorder = self.start("record", "-o", bag, *arguments)
+        recorder = self.start("record", "-o", bag, "--progress", *arguments)
         self.assertTrue(player.wait(lambda: all(one.get_subscription_count() for one in publishers.values())))
         for number in range(max(len(sent) for _, sent in messages.values())):
             for topic, (_, sent) in messages.items():
                 if number < len(sent):
                     publishers[topic].publish(sent[number])
             time.sleep(0.01)
-        time.sleep(0.5)
+        number = sum(len(sent) for _, sent in messages.values())
+        end = time.monotonic() + PATIENCE
+        while json.loads(recorder.stdout.readline())["messages"] < number and time.monotonic() < end:  # a line a second
+            pass
         self.finish(recorder)
         player.close()
         return bag
@@ -125,7 +129,8 @@ class Records(unittest.TestCase):
         got = {topic: [] for topic in sent}
         for topic, (qos, messages) in sent.items():
             watcher.node.create_subscription(type(messages[0]), topic, got[topic].append, qos)
-        player = self.start("replay", bag, "--wait", PATIENCE, domain=2)
+        # Who reads with best effort loses what comes before it has found its writer.
+        player = self.start("replay", bag, "--wait", PATIENCE, "--delay", 3, domain=2)
         self.assertTrue(watcher.wait(lambda: all(len(got[topic]) == len(messages) for topic, (_, messages) in sent.items())),
                         {topic: len(messages) for topic, messages in got.items()})
         self.assertEqual(got, {topic: messages for topic, (_, messages) in sent.items()})

@@ -77,9 +77,9 @@ class RealRosFields(unittest.TestCase):
         self.bridges[end] = Bridge(self.folder, end, configuration(end, self.folder))
         self.addCleanup(self.bridges[end].stop)
 
-    def both(self, condition):
+    def both(self, condition, patience=PATIENCE):
         """Waits, working both nodes."""
-        return self.user.wait(lambda: (self.owner.executor.spin_once(timeout_sec=0.005), condition())[1])
+        return self.user.wait(lambda: (self.owner.executor.spin_once(timeout_sec=0.005), condition())[1], patience)
 
     def own(self):
         """The owner's side of all fields."""
@@ -99,9 +99,7 @@ class RealRosFields(unittest.TestCase):
     def ask(self, kind, name, request):
         client = self.user.node.create_client(kind, name)
         self.assertTrue(self.both(client.service_is_ready), name)
-        future = client.call_async(request)
-        self.assertTrue(self.both(future.done), name)
-        return future.result()
+        return self.user.ask(lambda: client.call_async(request), self.both)
 
     def listen(self):
         seen = []

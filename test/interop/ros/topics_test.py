@@ -131,7 +131,12 @@ class Topics(unittest.TestCase):
     def check_graph(self, node, types):
         """What `ros2 topic info -v` asks for: the bridge is a node, and its types are those of ROS 2."""
         for i, name in enumerate(types):
-            ours = node.get_publishers_info_by_topic(f"/out/t{i}")
+            end = time.monotonic() + PATIENCE
+            while True:  # whose they are is told later than what they are
+                ours = node.get_publishers_info_by_topic(f"/out/t{i}")
+                if time.monotonic() > end or not {one.node_name for one in ours} & {"_CREATED_BY_BARE_DDS_APP_", "_NODE_NAME_UNKNOWN_"}:
+                    break
+                rclpy.spin_once(node, timeout_sec=0.05)
             theirs = node.get_publishers_info_by_topic(f"/in/t{i}")
             self.assertEqual([one.topic_type for one in ours], [name])
             self.assertEqual(str(ours[0].topic_type_hash), str(theirs[0].topic_type_hash), name)

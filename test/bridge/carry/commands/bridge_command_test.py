@@ -19,7 +19,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
 from bare_peer import PATIENCE, Peer, entries, receive, someip, ttl
-from bridge_program import BRIDGE, DOMAIN, GROUP, HOST, PEER, PID, head, log_until, offered, write
+from bridge_program import BRIDGE, DOMAIN, GROUP, HOST, PEER, PID, TTL, head, log_until, offered, write
 from socket_buffers import limits_below, limits_told, without_net_admin
 
 TRESTLE = sys.argv.pop(1)
@@ -279,7 +279,7 @@ class BridgeCommand(unittest.TestCase):
         bridge = Bridge(CONFIG)
         try:
             # It offers its service by multicast, with the endpoint where that is.
-            _, offer, _ = receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == 3)
+            _, offer, _ = receive(peer.group, lambda e: e[0] == 1 and e[4:8] == bytes.fromhex("11110001") and ttl(e) == TTL)
             self.assertIn(struct.pack(">HBB4sBBH", 9, 4, 0, socket.inet_aton(BRIDGE), 0, 0x11, 40001), offer)
 
             # It subscribes to what the peer offers, by unicast, with the endpoint where it wants events.
