@@ -3,6 +3,8 @@ skip. They are run by in_namespaces."""
 import os
 import re
 import shutil
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -114,9 +116,24 @@ class Recorder:
     def stop(self):
         if self.process.poll() is not None:
             return
-        time.sleep(0.5)  # until the kernel has handed over what was last seen
+        self._mark()
         self.process.terminate()
         self.process.communicate(timeout=60)
+
+    def _mark(self):
+        """Sends a message that is of nobody until it is recorded: what came before it is then, too."""
+        mark = os.urandom(16)
+        message = struct.pack(">HHIHHBBBB", 0x4d4d, 0x8001, 8 + len(mark), 0, 1, 1, 1, 2, 0) + mark
+        end = time.monotonic() + 60
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+            sock.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(THEIRS))
+            while time.monotonic() < end:
+                sock.sendto(message, ("239.255.77.77", 9))
+                time.sleep(0.1)
+                with open(self.path, "rb") as file:
+                    if mark in file.read():
+                        return
+        raise RuntimeError("dumpcap does not write what it records")
 
     def tshark(self, wanted, *output):
         command = ["tshark", "-r", self.path, "-Y", wanted, *output]
