@@ -187,7 +187,7 @@ TEST_F(Cyclone, IsToldApartByQualityOfServiceByName) {
       EXPECT_EQ(event.detail, "durability, reliability");
     }
   }
-  EXPECT_EQ(reader.counters().incompatible_qos, 1U);
+  EXPECT_TRUE(eventually([&] { return reader.counters().incompatible_qos == 1; }));
   EXPECT_EQ(reader.matched(), 0U);
 }
 

@@ -20,8 +20,8 @@ namespace trestle::test {
 
 using namespace std::chrono_literals;
 
-/// Far more than anything takes on a busy machine: running into it is a failure.
-inline constexpr auto patience = 30s;
+/// Far more than anything takes on a busy machine, also with a sanitizer: running into it is a failure.
+inline constexpr auto patience = 100s;
 
 /// A DDS domain that no other test program on this host uses at the same time.
 class TestDomain {

@@ -39,7 +39,8 @@ TEST_F(Participants, KeepNobodyWhoWritesForAReaderThatIsStuck) {
     Writer writer = from.create_writer(topic, type, few);
     const Reader other = good.create_reader(topic, type, few, into(inbox));
     const Reader reader = to.create_reader(topic, type, few, [&](const Sample&) { stuck.wait_once(); });
-    ASSERT_TRUE(eventually([&] { return writer.matched() == 2; }));
+    ASSERT_TRUE(
+        eventually([&] { return writer.matched() == 2 && other.matched() == 1 && reader.matched() == 1; }));
     ASSERT_TRUE(eventually([&] {
       return writer.write(make_sample(100, 0)) && stuck.wait_until_stuck(std::chrono::milliseconds{1});
     }));
@@ -106,7 +107,8 @@ TEST_F(Participants, CountTheSamplesThatAReaderMayLackBecauseTheyWereOverwritten
       Writer writer = from.create_writer(topic, type, three);
       const Reader other = good.create_reader(topic, type, three, into(inbox));
       const Reader reader = to.create_reader(topic, type, three, [&](const Sample&) { stuck.wait_once(); });
-      ASSERT_TRUE(eventually([&] { return writer.matched() == 2; }));
+      ASSERT_TRUE(
+          eventually([&] { return writer.matched() == 2 && other.matched() == 1 && reader.matched() == 1; }));
       ASSERT_TRUE(writer.write(make_sample(size, 1)));
       ASSERT_TRUE(stuck.wait_until_stuck());
       // The history holds three: 1, 2, 3.

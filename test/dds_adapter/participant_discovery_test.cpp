@@ -190,8 +190,9 @@ TEST_F(Participants, NameThePoliciesThatKeepEndpointsApart) {
     EXPECT_EQ(last.type, type);
     EXPECT_EQ(last.detail, "reliability");
   }
-  EXPECT_EQ(writer.counters().incompatible_qos, 1U);
-  EXPECT_EQ(reader.counters().incompatible_qos, 1U);
+  // It may be told, by another thread, before it is counted.
+  EXPECT_TRUE(eventually([&] { return writer.counters().incompatible_qos == 1; }));
+  EXPECT_TRUE(eventually([&] { return reader.counters().incompatible_qos == 1; }));
   EXPECT_EQ(writer.matched(), 0U);
 }
 
@@ -280,7 +281,7 @@ TEST_F(Participants, ShareATopicAmongReadersAndWriters) {
   Writer writer = from.create_writer(topic, type, {});
   const Reader one = to.create_reader(topic, type, {}, into(first));
   std::optional<Reader> two = to.create_reader(topic, type, {}, into(second));
-  ASSERT_TRUE(eventually([&] { return writer.matched() == 2; }));
+  ASSERT_TRUE(eventually([&] { return writer.matched() == 2 && one.matched() == 1 && two->matched() == 1; }));
   ASSERT_TRUE(writer.write(make_sample(100, 1)));
   ASSERT_TRUE(first.wait_for_count(1));
   ASSERT_TRUE(second.wait_for_count(1));

@@ -60,7 +60,7 @@ Attempt attempt_of(const Case& one, Profile with = profile()) {
 }
 
 Case subscribing() {
-  Case one = waiting(10s);
+  Case one = waiting(2min);
   one.run = [](Trial& t) {
     t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{1}, {t.own_endpoint()}));
   };
@@ -74,7 +74,9 @@ TEST(Trial, TakesALateAnswerToSomethingElseForNoAnswer) {
     const SmallDevice device{SdStimulus{
         .entries = {offer, answer(subscribe_eventgroup_ack, 9, 0), answer(subscribe_eventgroup_ack, 1, 30)}}
                                  .encode(someip::SessionId{1}, true)};
-    EXPECT_EQ(attempt_of(subscribing()).verdict, Verdict::pass);
+    Profile patient = profile();
+    patient.timing.answer_within = 30s;
+    EXPECT_EQ(attempt_of(subscribing(), patient).verdict, Verdict::pass);
   }
   {
     const SmallDevice device{SdStimulus{.entries = {offer, answer(subscribe_eventgroup_ack, 9, 30)}}.encode(
@@ -164,7 +166,7 @@ TEST(DeviceLife, TakesAnOfferAfterASilenceForARestart) {
 // --- What becomes of a device that the tester starts ----------------------------------------------------
 
 Case nothing_to_do(std::string id) {
-  Case one = waiting(10s);
+  Case one = waiting(2min);
   one.id = std::move(id);
   one.run = [](Trial&) {};
   return one;
@@ -193,7 +195,7 @@ TEST(DeviceLife, StartsADeviceByAnyCommandOfAShell) {
     with_command.lifecycle.start = command;
     const RunOptions with = with_log("any_command");
     Case one = nothing_to_do("a.one");
-    one.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "here\n"; }); };
+    one.run = [&](Trial& t) { t.tester.receive(1min, [&] { return log_of(with) == "here\n"; }); };
     const RunResult result = run_cases(with_command, {&one}, with);
     ASSERT_EQ(result.cases.size(), 1U);
     EXPECT_TRUE(result.cases[0].outcome.alive_before) << command << result.cases[0].outcome.reason;
@@ -209,7 +211,7 @@ TEST(DeviceLife, WaitsForAllThatTheCommandStarted) {
       "sh -c 'trap \"sleep 0.2; echo over; exit\" TERM; echo on; while :; do sleep 0.01; done' & wait";
   const RunOptions with = with_log("all_ended");
   Case one = nothing_to_do("a.one");
-  one.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "on\n"; }); };
+  one.run = [&](Trial& t) { t.tester.receive(1min, [&] { return log_of(with) == "on\n"; }); };
   (void)run_cases(with_command, {&one}, with);
   // The shell may say something of its own in between.
   EXPECT_THAT(log_of(with), testing::EndsWith("over\n"));
@@ -226,10 +228,10 @@ TEST(DeviceLife, SaysThatTheDeviceHasEndedAndStartsItAgain) {
   Case dies = nothing_to_do("a.dies");
   dies.run = [&](Trial& t) {
     std::ofstream{go} << "now";
-    t.tester.receive(9s, [] { return false; });
+    t.tester.receive(1min, [] { return false; });  // until the device has ended
   };
   Case next = nothing_to_do("a.next");
-  next.run = [&](Trial& t) { t.tester.receive(5s, [&] { return log_of(with) == "start\nstart\n"; }); };
+  next.run = [&](Trial& t) { t.tester.receive(1min, [&] { return log_of(with) == "start\nstart\n"; }); };
   const RunResult result = run_cases(with_command, {&dies, &next}, with);
   ASSERT_EQ(result.cases.size(), 2U);
   EXPECT_EQ(result.cases[0].outcome.verdict, Verdict::fail);

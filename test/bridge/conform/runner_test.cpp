@@ -135,8 +135,8 @@ TEST(Runner, KnowsADeviceThatAnswersFindsByMulticast) {
   };
   Profile with = profile();
   with.timing.cyclic_offer_delay = 1min;
-  with.timing.answer_within = 300ms;
-  with.timing.ready_within = 100ms;
+  with.timing.answer_within = 2s;
+  with.timing.ready_within = 30s;  // a busy machine may need more than one try
   const RunResult result = run_cases(with, {&quick, &asks}, options());
   EXPECT_EQ(result.cases.at(0).outcome.verdict, Verdict::pass) << result.cases[0].outcome.reason;
   // That it should be by unicast is for the cases, which say what the profile lacks where it is meant.

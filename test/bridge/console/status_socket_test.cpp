@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr auto patience = 30s;
+constexpr auto patience = 100s;
 
 class Status : public testing::Test {
  protected:

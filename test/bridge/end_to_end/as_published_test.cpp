@@ -27,7 +27,7 @@ class AsPublished : public BridgeTest {
   }
 
   void start(const std::string& keys = "") {
-    start_bridge(
+    start_calm_bridge(
         "routes:\n  - {topic: /text, type: std_msgs/msg/String, direction: dds_to_someip, service: 0x1234, "
         "instance: 1, eventgroup: 1, event: 0x8001, port: 40001" +
         keys + "}\n");

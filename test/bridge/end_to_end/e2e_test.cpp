@@ -37,7 +37,7 @@ class E2eAtTheBridge : public BridgeTest {
   void start(const std::string& direction, const std::string& type, const std::string& e2e_keys) {
     start_bridge(fmt::format(
         "types: {{paths: [{}]}}\n"
-        "diagnostics: {{topic: /state, period: 20 s}}\n"
+        "diagnostics: {{topic: /state, period: 60 s}}\n"
         "routes:\n"
         "  - {{topic: /a, type: {}, direction: {}, service: 0x1234, instance: 1, eventgroup: 1, event: "
         "0x8031,\n"
@@ -179,7 +179,7 @@ TEST_F(E2eAtTheBridge, PublishesTheStateWhenItChanges) {
     service.notify(event, hex("ffff 0009 809fbedd"));
   }
   ASSERT_TRUE(until([&] { return comes(2); }));
-  EXPECT_LT(std::chrono::steady_clock::now() - before, 10s) << "the period is 20 s";
+  EXPECT_LT(std::chrono::steady_clock::now() - before, 40s) << "the period is 60 s";
   EXPECT_THAT(text_of(last), HasSubstr("invalid"));
 }
 

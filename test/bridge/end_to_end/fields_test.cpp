@@ -26,11 +26,13 @@ constexpr dds::Qos latched{.reliable = true, .transient_local = true, .depth = 1
 class FieldsEndToEnd : public ServicesEndToEnd {
  protected:
   void start(const std::string& keys) {
-    start_bridge(
+    start_calm_bridge(
         "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, service: 0x1234, instance: 1, event: "
         "0x8044, eventgroup: 3, getter: 0x41, setter: 0x42, " +
         keys + "}\n");
   }
+
+  static sd::NodeConfig calm_config() { return calm(node_config()); }
 
   // --- The SOME/IP side -----------------------------------------------------------------------------------
 
@@ -119,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Either, FieldsOver, testing::Values("udp", "tcp"),
 
 TEST_P(FieldsOver, ASomeipFieldIsALatchedTopicWithTwoServices) {
   covers({"feat_req_someip_631", "feat_req_someip_633", "feat_req_someip_634"});
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   sd::ServiceSpec spec = field("00000007");
   spec.tcp_port = 0;  // beside UDP
   if (GetParam() == "tcp") {
@@ -156,11 +158,11 @@ TEST_P(FieldsOver, ASomeipFieldIsALatchedTopicWithTwoServices) {
 
 TEST_F(FieldsEndToEnd, WithoutAGetterARefusalIsAnsweredWithWhatTheNotifierTold) {
   covers({"feat_req_someip_634"});
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   sd::ServiceSpec spec = field("00000007");
   spec.fields[0].getter.reset();
   std::optional<sd::Offer> offer{std::in_place, node, spec};
-  start_bridge(
+  start_calm_bridge(
       "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, server: someip, service: 0x1234, instance: 1, "
       "event: 0x8044, eventgroup: 3, setter: 0x42, subscribe: while_read}\n");
   const std::string group = "ROS service of method /light/set";
@@ -203,7 +205,7 @@ TEST_F(FieldsEndToEnd, WithoutAGetterARefusalIsAnsweredWithWhatTheNotifierTold) 
 }
 
 TEST_F(FieldsEndToEnd, ASetterAloneAnswersARefusalWithWhatItAnsweredLast) {
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   bool locked = false;
   sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{1}};
   spec.fields = {{.setter = setter, .on_set = [&](ByteView wanted) -> someip::Result<Bytes, ReturnCode> {
@@ -211,7 +213,7 @@ TEST_F(FieldsEndToEnd, ASetterAloneAnswersARefusalWithWhatItAnsweredLast) {
                                   : copy(wanted);
                   }}};
   const sd::Offer offer{node, spec};
-  start_bridge(
+  start_calm_bridge(
       "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, server: someip, service: 0x1234, instance: 1, "
       "setter: 0x42}\n");
   const std::string group = "ROS service of method /light/set";
@@ -230,11 +232,11 @@ TEST_F(FieldsEndToEnd, ASetterAloneAnswersARefusalWithWhatItAnsweredLast) {
 }
 
 TEST_F(FieldsEndToEnd, AValueThatIsRefusedIsNotAnsweredWhereNobodySaysWhichItHas) {
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   sd::ServiceSpec spec = field("00000007");
   spec.fields[0].getter.reset();
   const sd::Offer offer{node, spec};
-  start_bridge(
+  start_calm_bridge(
       "fields:\n  - {topic: /light, type: std_msgs/msg/Int32, server: someip, service: 0x1234, instance: 1, "
       "setter: 0x42}\n  - {topic: /other, type: std_msgs/msg/Int32, server: someip, service: 0x1234, "
       "instance: 1, getter: 0x41, setter: 0x43}\n");
@@ -252,7 +254,7 @@ TEST_F(FieldsEndToEnd, AValueThatIsRefusedIsNotAnsweredWhereNobodySaysWhichItHas
 
 TEST_F(FieldsEndToEnd, TopicAndServicesGoWithTheSomeipServiceAndComeBackWithIt) {
   start("server: someip");
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   Inbox<std::string> seen;
   const dds::Reader one = reader(seen);
   dds::ServiceClient& get = get_client();
@@ -281,7 +283,7 @@ TEST_P(FieldsOver, ARosTopicWithASetServiceIsASomeipField) {
   ASSERT_TRUE(topic.write(value));
   start_over("server: ros, port: 40001");
   set_server(topic, value);
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   Seen events;
   const sd::Subscription early = over(node, events);
   ASSERT_TRUE(until([&] { return events == Seen{"00000007"}; })) << testing::PrintToString(events);
@@ -302,7 +304,7 @@ TEST_P(FieldsOver, ARosTopicWithASetServiceIsASomeipField) {
   EXPECT_EQ(bridge_->counter("getter of /light", "answered"), 3U);
   EXPECT_EQ(bridge_->counter("getter of /light", "without_value"), 0U);
 
-  sd::NodeConfig other = node_config();
+  sd::NodeConfig other = calm_config();
   other.address = own_address(3);
   sd::Node second{io_, other};
   Seen late_events;
@@ -317,7 +319,7 @@ TEST_F(FieldsEndToEnd, LargeValuesLeaveAsTheFieldSays) {
   covers({"feat_req_someiptp_772", "feat_req_someiptp_801"});
   const std::string keys =
       "type: std_msgs/msg/String, service: 0x1234, tp: {segment_bytes: 160, separation: 0 ms}";
-  start_bridge(
+  start_calm_bridge(
       "fields:\n  - {topic: /text, instance: 1, server: ros, event: 0x8044, eventgroup: 3, "
       "getter: 0x41, port: 40001, " +
       keys + "}\n  - {topic: /other, instance: 2, server: someip, setter: 0x42, " + keys + "}\n");
@@ -327,7 +329,7 @@ TEST_F(FieldsEndToEnd, LargeValuesLeaveAsTheFieldSays) {
   dds::Writer topic = BridgeTest::writer("/text", string_type, latched);
   ASSERT_TRUE(topic.write(text));
   {
-    sd::Node node{io_, node_config()};
+    sd::Node node{io_, calm_config()};
     Seen events;
     const sd::Subscription subscription = subscriber(node, events);
     ASSERT_TRUE(until([&] { return events.size() == 1; }));
@@ -340,7 +342,7 @@ TEST_F(FieldsEndToEnd, LargeValuesLeaveAsTheFieldSays) {
     EXPECT_EQ(ask(proxy, getter), events[0]);
     EXPECT_EQ(node.counters().datagrams, 30U) << "the getter's answer";
   }
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, node_config()};  // its first offer may be taken for one of the node before
   sd::ServiceSpec spec{.service = service, .instance = someip::InstanceId{2}};
   spec.fields = {{.setter = setter}};
   const sd::Offer offer{node, spec};
@@ -354,7 +356,7 @@ TEST_F(FieldsEndToEnd, LargeValuesLeaveAsTheFieldSays) {
 
 TEST_F(FieldsEndToEnd, ARosFieldIsOfferedOnlyWhileAllOfItIsThere) {
   start("server: ros, port: 40001");
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   std::vector<bool> offered;
   sd::Proxy proxy{node, {.service = service}, [&](const sd::RemoteService&, bool available) {
                     offered.push_back(available);
@@ -387,7 +389,7 @@ TEST_F(FieldsEndToEnd, ARosFieldIsOfferedOnlyWhileAllOfItIsThere) {
 
 TEST_F(FieldsEndToEnd, ARosFieldThatIsAlwaysOfferedSaysWhatIsMissing) {
   start("server: ros, port: 40001, offer: always");
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   sd::Proxy proxy{node, {.service = service}};
   const std::string not_ready = make_error_code(ReturnCode::not_ready).message();
   EXPECT_EQ(ask(proxy, getter), not_ready);
@@ -406,7 +408,7 @@ TEST_F(FieldsEndToEnd, AGetServiceIsAskedWhereOneIsNamed) {
     request = to_hex(message.cdr());
     return hex("00010000 03000000");
   });
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   sd::Proxy proxy{node, {.service = service}};
   EXPECT_EQ(ask(proxy, getter), "0000000403000000");  // one struct, not one in another
   EXPECT_EQ(request.substr(0, 10), "0001000000");
@@ -415,11 +417,11 @@ TEST_F(FieldsEndToEnd, AGetServiceIsAskedWhereOneIsNamed) {
 
 TEST_F(FieldsEndToEnd, AServiceOfRosGetsAField) {
   // nav_msgs/srv/GetMap has one member of the value's type.
-  start_bridge(
+  start_calm_bridge(
       "fields:\n  - {topic: /map, type: nav_msgs/msg/OccupancyGrid, server: someip, service: 0x1234, "
       "instance: 1, "
       "getter: 0x41, get_type: nav_msgs/srv/GetMap, get_service: /static_map}\n");
-  sd::Node node{io_, node_config()};
+  sd::Node node{io_, calm_config()};
   // stamp, frame "map", load time, resolution, 1 x 1, origin, data {100}
   const std::string grid =
       "00000001 00000002 00000007 efbbbf 6d617000 00000003 00000004 3f800000 00000001 00000001" +

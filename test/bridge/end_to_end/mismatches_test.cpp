@@ -116,6 +116,7 @@ TEST_F(TypeMismatches, OfAPublisherAreNamed) {
   ASSERT_TRUE(until_counter("route /text", "publishers", 2));
   ASSERT_TRUE(from.write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "received", 1)) << "is carried unless types are strict";
+  ASSERT_TRUE(until([&] { return log_->has("its hash is"); }));
   const std::string told = log();
   EXPECT_THAT(told, HasSubstr("DDS rt/text: the publisher of this topic in "));
   EXPECT_THAT(told, HasSubstr(std::string{"its hash is "} + other + ", the route's is RIHS01_df668c74"));
@@ -135,6 +136,7 @@ TEST_F(TypeMismatches, OfAPublisherAreRefusedWhereTypesAreStrict) {
   EXPECT_EQ(bridge_->counter("route /text", "received"), 0U);
   ASSERT_TRUE(same.write(hello_cdr));
   ASSERT_TRUE(until_counter("route /text", "received", 1)) << "others are heard";
+  ASSERT_TRUE(until([&] { return log_->has("it is refused"); }));
   EXPECT_THAT(log(), HasSubstr("it is refused (`dds: {types: strict}`)"));
 }
 
@@ -144,6 +146,7 @@ TEST_F(TypeMismatches, OfASubscriberAreNamed) {
       dds::ros_topic_name("/text"), dds::ros_type_name(string_type), {}, [](const dds::Sample&) {},
       dds::default_max_sample_bytes, extras_);
   ASSERT_TRUE(until_counter("route /text", "readers", 1));
+  ASSERT_TRUE(until([&] { return log_->has("DDS rt/text: the subscriber"); }));
   EXPECT_THAT(log(), HasSubstr("DDS rt/text: the subscriber of this topic in "));
 }
 
@@ -169,6 +172,7 @@ TEST_F(TypeMismatches, OfASubscriberAreRefusedWhereTypesAreStrict) {
   ASSERT_TRUE(until([&] { return inbox.size() == 1; }));
   run_for(300ms);
   EXPECT_EQ(other_inbox.size(), 0U);
+  ASSERT_TRUE(until([&] { return log_->has("it is refused"); }));
   const std::string told = log();
   EXPECT_THAT(told, HasSubstr("DDS rt/text: the subscriber of this topic in "));
   EXPECT_THAT(told, HasSubstr("it is refused (`dds: {types: strict}`)"));

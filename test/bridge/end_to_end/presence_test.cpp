@@ -133,6 +133,7 @@ TEST_F(Presence, WritesATopicWhileTheServiceIsOffered) {
     const sd::Offer offer{*peer_, offered()};
     ASSERT_TRUE(until([&] { return a.matched() == 1; }));
     ASSERT_TRUE(until([&] { return peer_->subscribers(offer.handle(), MethodId{0x8001}) == 1; }));
+    ASSERT_TRUE(until_counter("route /a", "readers", 1));  // the writer may know of the reader later
     offer.notify(MethodId{0x8001}, hello);
     ASSERT_TRUE(until([&] { return inbox_.size() > 0; }));
     const auto arrived = inbox_.take();

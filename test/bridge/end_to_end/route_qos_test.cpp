@@ -56,6 +56,7 @@ TEST_F(RouteQos, IsPromisedToSubscribers) {
   const dds::Reader content =
       reader("/text", string_type, inbox, {.deadline = 200ms, .liveliness_lease = 300ms});
   ASSERT_TRUE(until([&] { return content.matched() == 1; }));
+  ASSERT_TRUE(until_counter("route /text", "readers", 1));
   std::uint64_t refused = 0;
   for (const dds::Qos& more : {dds::Qos{.deadline = 100ms}, dds::Qos{.liveliness_lease = 200ms}}) {
     const dds::Reader demanding = reader("/text", string_type, inbox, more);

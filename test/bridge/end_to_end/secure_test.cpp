@@ -59,6 +59,7 @@ TEST_F(SecureBridge, CarriesWhatItsEnclaveMayReadAndNothingOfOutsiders) {
        .events = {someip::MethodId{0x8001}}},
       [&](const someip::Message& event, const Endpoint&) { came.push_back(to_hex(event.payload)); }};
   ASSERT_TRUE(until([&] { return inside.matched() == 1 && subscription.active(); }));
+  ASSERT_TRUE(until_counter("route /allowed", "publishers", 1));
   EXPECT_TRUE(outside.write(hello_cdr));
   ASSERT_TRUE(inside.write(hello_cdr));
   ASSERT_TRUE(until([&] { return !came.empty(); }));

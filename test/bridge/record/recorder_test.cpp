@@ -19,7 +19,7 @@ using test::FullDisk;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-constexpr auto patience = 30s;
+constexpr auto patience = 100s;
 
 class TheRecorder : public ::testing::Test {
  protected:

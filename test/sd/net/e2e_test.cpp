@@ -252,7 +252,7 @@ TEST_F(E2eTest, BeginsAnewWithAnotherServer) {
 // --- Fields -----------------------------------------------------------------------------------------------
 
 TEST_F(E2eTest, TellsAFieldToNewSubscribersWithoutALossForTheOthers) {
-  Node server{io, quick(test::server_address)};
+  Node server{io, test::calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   Node other{io, quick(test::other_address)};
   const e2e::Profile4 profile{.data_id = id};

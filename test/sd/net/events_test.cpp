@@ -11,6 +11,7 @@ using someip::Header;
 using someip::MessageType;
 using someip::MethodId;
 using someip::ReturnCode;
+using test::calm;
 using test::covers;
 using test::numbers;
 using test::quick;
@@ -271,15 +272,6 @@ TEST_F(MulticastTest, SparesWhoGetsTheEventByUnicastFromAnotherEventgroup) {
 
 class FieldsTest : public EventsTest {
  protected:
-  /// Offers at once and then every half a second: a client that comes in between meets one offer only. Two in
-  /// quick succession may make it subscribe twice, and get initial events twice.
-  static NodeConfig calm(const IpAddress& address) {
-    NodeConfig config = quick(address);
-    config.timing.initial_delay_max = 0ms;
-    config.timing.repetitions_max = 0;
-    config.timing.cyclic_offer_delay = 500ms;
-    return config;
-  }
   static std::vector<std::byte> bytes(const std::string& digits) { return test::hex(digits); }
   ServiceSpec spec(std::optional<std::vector<std::byte>> value, bool tcp = false) {
     ServiceSpec result{
@@ -380,7 +372,9 @@ TEST_F(FieldsTest, HaveNoValueUntilTheyAreGivenOne) {
 
 TEST_F(FieldsTest, TellEachNewSubscriptionTheirValueOnce) {
   covers({"feat_req_someipsd_833", "feat_req_someipsd_107", "feat_req_someipsd_1167"});
-  Node server{io, calm(test::server_address)};
+  NodeConfig repeating = calm(test::server_address);
+  repeating.timing.cyclic_offer_delay = 500ms;  // each is a reason to renew the subscription
+  Node server{io, repeating};
   Node client{io, calm(test::client_address)};
   server.offer(spec(bytes("2a")));
   run_for(30ms);

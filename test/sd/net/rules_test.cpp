@@ -14,6 +14,7 @@ using someip::Message;
 using someip::MethodId;
 using someip::ReturnCode;
 using someip::SessionId;
+using test::calm;
 using test::covers;
 using test::numbers;
 using test::quick;
@@ -47,6 +48,7 @@ class RulesTest : public test::TwoNodes {
         .fields = {{.notifier = notifier, .value = test::hex("07")}},
         .eventgroups = {{.id = group, .events = {event, notifier}}}};
   }
+  /// To a server that is calm(): nothing comes of discovery later.
   SubscriptionId subscribe(Node& client) {
     const SubscriptionId id = client.subscribe({.service = ServiceId{0x1234},
                                                 .instance = InstanceId{1},
@@ -90,7 +92,7 @@ class RulesTest : public test::TwoNodes {
 
 TEST_F(RulesTest, SendAFieldInACycle) {
   covers({"feat_req_someip_635"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec cyclic = spec();
   cyclic.fields[0].update = {.on_change = false, .cycle = 60ms};
@@ -110,7 +112,7 @@ TEST_F(RulesTest, SendAFieldInACycle) {
 
 TEST_F(RulesTest, SendAFieldWhenItDiffersByMoreThanEpsilon) {
   covers({"feat_req_someip_635"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec coarse = spec();
   coarse.fields[0].differs = [](ByteView before, ByteView value) {
@@ -133,7 +135,7 @@ TEST_F(RulesTest, SendAFieldWhenItDiffersByMoreThanEpsilon) {
 
 TEST_F(RulesTest, RepeatAnEventInACycle) {
   covers({"feat_req_someip_635"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec cyclic = spec();
   cyclic.events = {{.id = event, .update = {.on_change = false, .cycle = 60ms}}};
@@ -157,7 +159,7 @@ TEST_F(RulesTest, RepeatAnEventInACycle) {
 }
 
 TEST_F(RulesTest, RepeatALargeEventAtItsPace) {
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec cyclic = spec();
   cyclic.events = {{.id = event, .update = {.on_change = false, .cycle = 60ms}}};
@@ -176,7 +178,7 @@ TEST_F(RulesTest, RepeatALargeEventAtItsPace) {
 
 TEST_F(RulesTest, SendAnEventWhenItIsAnother) {
   covers({"feat_req_someip_635"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec on_change = spec();
   on_change.events = {{.id = event}};
@@ -197,7 +199,7 @@ TEST_F(RulesTest, SendAnEventWhenItIsAnother) {
 
 TEST_F(RulesTest, SendAnEventWhenItDiffersByMoreThanEpsilonAndInACycle) {
   covers({"feat_req_someip_635"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec coarse = spec();
   coarse.events = {{.id = event, .update = {.cycle = 400ms}, .differs = [](ByteView before, ByteView value) {
@@ -215,7 +217,7 @@ TEST_F(RulesTest, SendAnEventWhenItDiffersByMoreThanEpsilonAndInACycle) {
 
 TEST_F(RulesTest, HaveNoInitialValueOfAnEvent) {
   covers({"feat_req_someipsd_833"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec on_change = spec();
   on_change.events = {{.id = event}};
@@ -242,7 +244,7 @@ TEST_F(RulesTest, HaveNoInitialValueOfAnEvent) {
 
 TEST_F(RulesTest, LeaveTheSessionOutWhereNoneIsWanted) {
   covers({"feat_req_someip_700", "feat_req_someip_667", "feat_req_someiptp_762"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec without = spec();
   without.events_without_session = {event};
@@ -270,7 +272,7 @@ TEST_F(RulesTest, LeaveTheSessionOutWhereNoneIsWanted) {
 
 TEST_F(RulesTest, SendAnEventToChosenSubscribers) {
   covers({"feat_req_someip_804"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   Node other{io, quick(test::other_address)};
   ServiceSpec by_multicast = spec();
@@ -317,7 +319,7 @@ TEST_F(RulesTest, TellVersionsOfAServiceApartAtOnePort) {
 
 TEST_F(RulesTest, SegmentOnlyWhatMayBeSegmented) {
   covers({"feat_req_someiptp_788"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec some = spec();
   some.segmented = {event};
@@ -410,9 +412,7 @@ TEST_F(RulesTest, RefuseReservedIds) {
 
 TEST_F(RulesTest, SubscribeAnewWhenNoEventComes) {
   covers({"feat_req_someipsd_439", "feat_req_someipsd_691"});
-  NodeConfig calm = quick(test::server_address);
-  calm.timing.cyclic_offer_delay = 1h;  // so that no offer renews the subscription meanwhile
-  Node server{io, calm};
+  Node server{io, calm(test::server_address)};  // so that no offer renews the subscription meanwhile
   Node client{io, quick(test::client_address)};
   ServiceSpec silent = spec();
   silent.fields = {};
@@ -449,7 +449,7 @@ TEST_F(RulesTest, SubscribeAnewWhenNoEventComes) {
 }
 
 TEST_F(RulesTest, KeepTheCountersOfPortsThatAreClosed) {
-  Node server{io, quick(test::server_address)};
+  Node server{io, calm(test::server_address)};
   Node client{io, quick(test::client_address)};
   ServiceSpec both = spec();
   both.tcp_port = 0;

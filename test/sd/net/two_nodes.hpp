@@ -29,6 +29,18 @@ inline sd::NodeConfig quick(const IpAddress& address) {
                      .ttl_s = 600}};
 }
 
+/// As quick(), but an offer is multicast once, and later comes to who asks. A client that has two multicast
+/// offers before an answer, as where the machine stalls between them, subscribes anew, and by that gets
+/// initial events once more.
+inline sd::NodeConfig calm(const IpAddress& address) {
+  using namespace std::chrono_literals;
+  sd::NodeConfig config = quick(address);
+  config.timing.initial_delay_max = 0ms;
+  config.timing.repetitions_max = 0;
+  config.timing.cyclic_offer_delay = 1h;
+  return config;
+}
+
 inline std::vector<std::byte> numbers(std::size_t bytes, std::size_t seed = 0) {
   std::vector<std::byte> result(bytes);
   for (std::size_t i = 0; i < bytes; ++i) {
