@@ -147,7 +147,7 @@ class Protected(unittest.TestCase):
                 self.assertEqual((first["e2e_check"], first["values"]), ("ok", {"opening": 50, "speed": "FAST"}))
                 self.assertEqual((second["e2e_check"], second["e2e_fault"], second["payload"]), ("error", "crc", "3201"))
                 status, _, log = subscribe.finish()
-                self.assertEqual((status, log), (1, "warning: the E2E check of Door.moved failed: crc\n"))
+                self.assertEqual((status, log), (1, "warning: the E2E check of Door.moved failed: crc\nwarning: 1 of 2 events were not good\n"))
 
     def test_a_field_is_read_set_and_heard(self):
         for interfaces in (FIDL, ARXML):
