@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/lower_types.hpp"
 #include "bridge/describe/refused.hpp"
 #include "bridge/describe/ros_names.hpp"
@@ -26,7 +27,7 @@ class Lowering {
     for (std::size_t i = 0; i < model_.types.size(); ++i) {
       const Type& type = model_.types[i];
       const bool has_shape = type.kind == Kind::structure || type.kind == Kind::choice;
-      if (has_shape && !type.polymorphic && !(type.name.empty() && type.ros_name.empty())) {
+      if (has_shape && !is_polymorphic(model_, type) && !(type.name.empty() && type.ros_name.empty())) {
         types_.shape_of(TypeIndex{static_cast<std::uint32_t>(i)});
       }
     }

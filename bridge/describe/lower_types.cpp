@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/marks.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/describe/units.hpp"
@@ -170,7 +171,7 @@ std::optional<std::size_t> TypeLowering::shape_of(TypeIndex index) {
     return std::nullopt;
   }
   std::optional<std::size_t> result;
-  if (type.polymorphic) {
+  if (is_polymorphic(model_, type)) {
     complain(source, "a polymorphic structure", type.place);
   } else if (++depth_ > messages::max_type_depth) {
     --depth_;

@@ -275,6 +275,9 @@ TEST(Lower, RefusesByName) {
   const TypeIndex bad = structure(model, "Animal", {});
   model.at(bad).polymorphic = true;
   event(model, {value(model, "animal", bad)});
+  const TypeIndex heir = structure(model, "Dog", {});
+  model.at(heir).base = bad;
+  event(model, {value(model, "dog", heir)});
   const TypeIndex round = structure(model, "Round", {});
   model.at(round).members = {value(model, "round", round)};
   event(model, {value(model, "round", round)});
@@ -289,6 +292,7 @@ TEST(Lower, RefusesByName) {
                                                              Field(&NotCarried::what, HasSubstr(what)))));
   };
   has("org.test.Animal", "polymorphic");
+  has("org.test.Dog", "polymorphic");
   has("org.test.Round", "contains itself");
   has("org.test.Door.changed.a", "alias of itself");
   has("org.test.Door.changed.missing", "without a type");

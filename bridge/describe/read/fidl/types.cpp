@@ -120,7 +120,9 @@ const Setting* Types::find(const Layers& layers, std::string_view key) const {
       return setting;
     }
     if (layer.user != User::other && !layer.overwrites()) {
-      if (const Setting* setting = layer.node->setting(fmt::format("{}{}", prefix(layer.user), key))) {
+      const std::string of_user = fmt::format("{}{}", prefix(layer.user), key);
+      if (const Setting* setting = layer.node->setting(of_user);
+          setting != nullptr && std::ranges::binary_search(known_keys(), of_user)) {
         return setting;
       }
     }

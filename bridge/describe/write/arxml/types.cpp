@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
 
 namespace trestle::describe::arxml_writer {
@@ -508,7 +509,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       if (!type.selectors.empty()) {
         lost(called, "its selectors: AUTOSAR counts from 1", type.place);
       }
-      if (type.polymorphic) {
+      if (is_polymorphic(model_, type)) {
         lost(called, "that it is polymorphic", type.place);
       }
       break;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/package_faults.hpp"
 #include "bridge/messages/types/field_service.hpp"
 
@@ -178,7 +179,7 @@ class LostNotes {
     for (const Type& type : model_.types) {
       // FIDL's `undefined` is written as one without a scope.
       if (const std::string name = full_name(type.scope, type.name);
-          type.polymorphic && !type.scope.empty() && told.insert(name).second) {
+          is_polymorphic(model_, type) && !type.scope.empty() && told.insert(name).second) {
         lost_.push_back({name, "a polymorphic structure", type.place});
       }
     }

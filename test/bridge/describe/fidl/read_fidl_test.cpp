@@ -151,6 +151,15 @@ TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
   EXPECT_EQ(only_value(reading).wire.length, someip::FieldWidth::bits32);
 }
 
+// Arrays, structs and others have such keys for who uses them, and strings have none.
+TEST(ReadFidl, LeavesOutKeysOfUsersThatCommonApiDoesNotHave) {
+  const Reading reading = deployed(
+      "attribute String s", "attribute s { SomeIpNotifierID = 0x8001 SomeIpAttrStringLengthWidth = 2 }");
+  EXPECT_THAT(told(reading),
+              Contains(HasSubstr("'SomeIpAttrStringLengthWidth' is not known, and is left out")));
+  EXPECT_EQ(only_value(reading).wire.length, someip::FieldWidth::bits32);
+}
+
 TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
   const Reading reading = deployed(
       R"(
