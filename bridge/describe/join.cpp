@@ -156,6 +156,15 @@ class Joining {
         add_service(*other, service, contradictions_);
         is_twin[at] = true;
         twin_of_[name] = full_name(other->scope, other->name);
+        // ARXML's scopes are paths: between FIDL and ARXML they say nothing.
+        if (named == by_name.end() && service.scope.starts_with('/') == other->scope.starts_with('/')) {
+          warning(
+              place_of_id(service.id_place, service.place),
+              fmt::format("service {} is taken for {}, at {}: both have the id 0x{:04x}, and describe the "
+                          "same; if it is another service, it needs an id of its own",
+                          name, twin_of_[name], to_string(model_, place_of_id(other->id_place, other->place)),
+                          someip::value(*service.id)));
+        }
         continue;
       }
       if (named == by_name.end() && (has_more(service, *other) || has_more(*other, service))) {

@@ -638,6 +638,20 @@ TEST(Join, TakesTwoDescriptionsThatSayTheSameForOne) {
   EXPECT_EQ(model.instances[0].udp_port, 30501);
 }
 
+TEST(Join, TellsWhichOneIsGoneOfTwoServicesInOneLanguage) {
+  Model model = described();
+  Model other = described();
+  other.files = {"Rear.fidl"};
+  other.services[0].scope = "rear";
+  append(model, std::move(other));
+  const auto problems = join(model);
+  ASSERT_THAT(problems, SizeIs(1));
+  EXPECT_EQ(problems[0].severity, documents::Problem::Severity::warning);
+  EXPECT_THAT(problems[0].text, HasSubstr("service rear.Door is taken for car.Door, at "));
+  EXPECT_THAT(problems[0].text, HasSubstr("have the id 0x1234"));
+  EXPECT_THAT(model.services, SizeIs(1));
+}
+
 TEST(Join, TellsOfIdsThatAreThereTwice) {
   Model model = described();
   model.services.push_back({.name = "Window", .scope = "car", .id = someip::ServiceId{0x1234}});
