@@ -49,7 +49,8 @@ class ParameterIds(unittest.TestCase):
             self.assertTrue(both(lambda: caller.ask(lambda: client.call_async(SetBool.Request(data=True)), both).success), name)
         recorder.stop()
         wanted = f"rtps.param.id == {STANDARD:#x} || rtps.param.id == {EPROSIMA:#x}"
-        command = ["tshark", "-r", recorder.path, "-Y", wanted, "-T", "fields"]
+        # The port of a sender is of the system's choice, and may be that of another protocol.
+        command = ["tshark", "-o", "udp.try_heuristic_first:TRUE", "-r", recorder.path, "-Y", wanted, "-T", "fields"]
         for field in "ip.src", "rtps.sm.wrEntityId", "rtps.param.id":
             command += ["-e", field]
         lines = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True, text=True).stdout

@@ -33,7 +33,8 @@ def network(host):
 
 
 def client_command(*arguments, seconds="0.3"):
-    return [TRESTLE, "perf", "client", *network(2), "--seconds", seconds, "--warm-up", "0.05", *arguments]
+    timeout = () if "--timeout" in arguments else ("--timeout", "30")
+    return [TRESTLE, "perf", "client", *network(2), "--seconds", seconds, "--warm-up", "0.05", *timeout, *arguments]
 
 
 def client(*arguments, **how):
@@ -297,8 +298,9 @@ class Failing(unittest.TestCase):
         self.assertEqual((done.returncode, done.stderr), (1, "error: nobody offers the service\n"))
 
     def test_buffers_that_the_system_does_not_grant_are_told(self):
-        for command in [*client_command("0x7e58.1", "--json")], [TRESTLE, "perf", "server", *network(4)]:
-            done = subprocess.run([*command, "--quiet", "--timeout", "0.3"], preexec_fn=without_net_admin,
+        short = "--timeout", "0.3"
+        for command in client_command("0x7e58.1", "--json", *short), [TRESTLE, "perf", "server", *network(4), *short]:
+            done = subprocess.run([*command, "--quiet"], preexec_fn=without_net_admin,
                                   capture_output=True, text=True, timeout=PATIENCE, check=False)
             self.assertEqual(limits_told(done.stderr, by="warning: "), limits_below(8 << 20, 0))
             self.assertEqual(done.stdout, "")
