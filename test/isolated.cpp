@@ -42,6 +42,12 @@ bool has_loopback_up() {
   return done;
 }
 
+// The ports that the system gives to clients are none that a test listens at: else a socket of DDS that chose
+// none may have the port of a service. Not all systems permit it.
+void keep_ports_of_tests_free() {
+  static_cast<void>(write_file("/proc/sys/net/ipv4/ip_local_port_range", "51000 59000"));
+}
+
 // Where the bridges of root have their sockets (docs/status.md).
 bool hide_other_bridges() {
   constexpr const char* folder = "/run/trestle";
@@ -86,6 +92,8 @@ int main(int argc, char** argv) {
   }
   if (!can_isolate() || !isolate()) {
     std::puts("not isolated from other tests: the system permits no network namespace");
+  } else {
+    keep_ports_of_tests_free();
   }
   execvp(argv[1], argv + 1);
   std::perror(argv[1]);

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <random>
 #include <string>
 
@@ -20,6 +21,23 @@ Descriptor::~Descriptor() {
     close(fd_);
   }
 }
+
+namespace {
+
+/// What to do where the system gives this port to programs that ask for any port, such as each one with DDS:
+/// then it is in use now and then. Empty where it does not.
+std::string why_in_use_now_and_then(std::uint16_t port) {
+  unsigned first = 0;
+  unsigned last = 0;
+  std::ifstream{"/proc/sys/net/ipv4/ip_local_port_range"} >> first >> last;
+  if (port < first || port > last) {
+    return {};
+  }
+  return "; the system gives ports " + std::to_string(first) + " to " + std::to_string(last) +
+         " to programs that ask for any: add this one to sysctl net.ipv4.ip_local_reserved_ports";
+}
+
+}  // namespace
 
 void fail(Transport transport, const Endpoint& endpoint, const char* what, int error) {
   const bool udp = transport == Transport::udp;
@@ -36,6 +54,7 @@ void fail(Transport transport, const Endpoint& endpoint, const char* what, int e
     } else {
       text += ", or use another address of this host";
       text += endpoint.address.v6 ? "" : ", such as 127.0.0.2 for tests on one machine";
+      text += why_in_use_now_and_then(endpoint.port);
     }
   } else if (error == EADDRNOTAVAIL) {
     text += "; no interface of this host has this address (see: ip address)";

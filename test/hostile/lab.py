@@ -142,6 +142,7 @@ class Lab:
                 _run(f"ip -n {host} address add {one}/16 dev eth0")
             for setting in "link set lo up", "link set eth0 up", "route add 224.0.0.0/4 dev eth0":
                 _run(f"ip -n {host} {setting}")
+            self.set_network(host, "ipv4.ip_local_port_range=51000 59000")  # no port of a service (isolated.cpp)
         end = time.monotonic() + PATIENCE
         while any("state UP" not in self._link(host) for host in ADDRESS):
             if time.monotonic() > end:
@@ -157,7 +158,7 @@ class Lab:
     def set_network(host, setting):
         """A setting NAME=VALUE below /proc/sys/net, for one host."""
         name, value = setting.split("=")
-        _run(f"nsenter --net=/run/netns/{host} sysctl -qw net.{name}={value}")
+        subprocess.run(["nsenter", f"--net=/run/netns/{host}", "sysctl", "-qw", f"net.{name}={value}"], check=True, capture_output=True)
 
     @staticmethod
     def _link(host):

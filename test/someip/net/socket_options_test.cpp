@@ -5,9 +5,12 @@
 #include <sys/socket.h>
 
 #include <boost/asio/io_context.hpp>
+#include <fstream>
 #include <set>
+#include <string>
 
 #include "someip/net/addresses.hpp"
+#include "someip/net/net_error.hpp"
 #include "someip/net/tcp_client.hpp"
 #include "someip/net/tcp_server.hpp"
 #include "someip/net/udp_socket.hpp"
@@ -18,8 +21,11 @@ namespace trestle::someip::socket_options_test {
 namespace {
 
 using test::covers;
+using ::testing::AllOf;
 using ::testing::Each;
 using ::testing::Ge;
+using ::testing::HasSubstr;
+using ::testing::Not;
 using namespace std::chrono_literals;
 
 /// The socket of this process that is bound there, and connected to `peer` if that is given.
@@ -141,6 +147,32 @@ TEST(SocketOptions, ChooseDynamicPorts) {
   }
   EXPECT_THAT(ports, Each(Ge(49152)));
   EXPECT_GE(different.size(), 50U) << "of 60: they are drawn at random";
+}
+
+/// What is said of a port that this process has already.
+std::string said_of(std::uint16_t port) {
+  boost::asio::io_context io;
+  const Endpoint local{test::own_address(1), port};
+  const UdpSocket first{io, {.local = local}};
+  try {
+    const UdpSocket second{io, {.local = local}};
+  } catch (const NetError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(SocketOptions, SayHowAPortIsKeptFromClients) {
+  std::uint16_t first = 0;
+  std::uint16_t last = 0;
+  ASSERT_TRUE(std::ifstream{"/proc/sys/net/ipv4/ip_local_port_range"} >> first >> last);
+  const std::string advice =
+      "to programs that ask for any: add this one to sysctl net.ipv4.ip_local_reserved_ports";
+  EXPECT_THAT(said_of(first), HasSubstr("another program has this port"));
+  EXPECT_THAT(said_of(first),
+              HasSubstr(std::to_string(first) + " to " + std::to_string(last) + " " + advice));
+  EXPECT_THAT(said_of(static_cast<std::uint16_t>(first - 1)),
+              AllOf(HasSubstr("another program has this port"), Not(HasSubstr("programs that ask"))));
 }
 
 }  // namespace
