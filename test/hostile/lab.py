@@ -153,6 +153,17 @@ class Lab:
         """Gives each host an address of IPv6, too."""
         for host, address in ADDRESS6.items():
             _run(f"ip -n {host} address add {address}/64 dev eth0 nodad")
+        end = time.monotonic() + PATIENCE
+        while any(not self._is_local(host, address) for host, address in ADDRESS6.items()):
+            if time.monotonic() > end:
+                raise Failed("the addresses of IPv6 do not come up")
+            time.sleep(0.02)
+
+    @staticmethod
+    def _is_local(host, address):
+        """Whether it is one of that host by now: before, it would be asked for on the link."""
+        return subprocess.run(["ip", "-n", host, "-6", "route", "get", address], capture_output=True, text=True,
+                              check=False).stdout.startswith("local")
 
     @staticmethod
     def set_network(host, setting):

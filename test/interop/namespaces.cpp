@@ -39,10 +39,11 @@ void set_up(const std::string& enter, const std::string& address, const std::str
   run(enter + " sh -c 'echo 51000 59000 >/proc/sys/net/ipv4/ip_local_port_range' 2>/dev/null || true");
 }
 
-/// Waits for the carrier: the system may take a second to see that both ends are up.
-void wait_until_up(const std::string& enter) {
-  run("for i in $(seq 1000); do " + enter +
-      " ip -oneline link show dev eth0 | grep -q 'state UP' && exit 0; sleep 0.01; done; exit 1");
+/// Waits for the carrier, as the system may take a second to see that both ends are up, and until the address
+/// of IPv6 is one of this end.
+void wait_until_up(const std::string& enter, const std::string& address_v6) {
+  run("for i in $(seq 1000); do " + enter + " ip -oneline link show dev eth0 | grep -q 'state UP' && " +
+      enter + " ip -6 route get " + address_v6 + " | grep -q ^local && exit 0; sleep 0.01; done; exit 1");
 }
 
 }  // namespace
@@ -68,8 +69,8 @@ Namespaces::Namespaces() {
   const std::string at_peer = "nsenter --net=" + peer_file_;
   set_up("", "10.77.0.2", own_v6);
   set_up(at_peer, "10.77.0.1", peer_v6);
-  wait_until_up("");
-  wait_until_up(at_peer);
+  wait_until_up("", own_v6);
+  wait_until_up(at_peer, peer_v6);
 }
 
 bool Namespaces::required() {

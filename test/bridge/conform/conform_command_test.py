@@ -354,7 +354,10 @@ class Conform(unittest.TestCase):
         # Loopback has one address of IPv6 only, so this needs a network of its own; with room for two devices at once.
         network = ("ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && ip link set v0 up && "
                    "for one in 1 2 1:1 1:2 2:1 2:2; do ip addr add fd00::$one/64 dev v0 nodad || exit 1; done && "
-                   "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done'")
+                   "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done' && "
+                   # Until they are addresses of this host: before, they would be asked for on the link.
+                   "for one in 1 2 1:1 1:2 2:1 2:2; do timeout 60 sh -c 'until ip -6 route get fd00::$0 | grep -q ^local; "
+                   "do sleep 0.01; done' $one || exit 1; done")
         own = next((words for words in (["unshare", "-n"], ["unshare", "-Urn"])
                     if subprocess.run([*words, "sh", "-c", network], capture_output=True).returncode == 0), None)
         if own is None:

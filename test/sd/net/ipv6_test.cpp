@@ -32,9 +32,11 @@ class Ipv6Test : public test::TwoNodes {
                "ip link add v0 type veth peer name v1 && ip link set lo up && ip link set v1 up && "
                "ip link set v0 up && ip addr add fd00::1/64 dev v0 nodad && "
                "ip addr add fd00::2/64 dev v0 nodad && "
-               // until it has its carrier
-               "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\"; do sleep 0.01; done'") ==
-               0;  // NOLINT(cert-env33-c)
+               // until it has its carrier, and the addresses are those of this host: before, it would be
+               // asked for them on the link
+               "timeout 60 sh -c 'until ip link show v0 | grep -q \"state UP\" && "
+               "ip -6 route get fd00::1 | grep -q ^local && ip -6 route get fd00::2 | grep -q ^local; "
+               "do sleep 0.01; done'") == 0;  // NOLINT(cert-env33-c)
   }
   void SetUp() override {
     if (!made) {

@@ -339,7 +339,10 @@ bool has_ipv6() {
   static const bool made = std::system(  // NOLINT(cert-env33-c)
                                "ip addr add fd00:9::1/64 dev v0 nodad && "
                                "ip addr add fd00:9::7/64 dev v0 nodad && "
-                               "ip neigh add fd00:9::2 lladdr 02:00:00:00:00:09 nud permanent dev v0") == 0;
+                               "ip neigh add fd00:9::2 lladdr 02:00:00:00:00:09 nud permanent dev v0 && "
+                               // until they are addresses of this host
+                               "timeout 60 sh -c 'until ip -6 route get fd00:9::1 | grep -q ^local && "
+                               "ip -6 route get fd00:9::7 | grep -q ^local; do sleep 0.01; done'") == 0;
   return made;
 }
 
