@@ -158,8 +158,15 @@ Transfer Maker::transfer(const Node* node, const Reliable& reliable, const std::
   const auto time = [&](const std::string& key, std::int64_t otherwise) {
     return std::chrono::milliseconds{key.empty() ? otherwise : number(node, key).value_or(otherwise)};
   };
-  transfer.segment_bytes =
-      segment.empty() ? 0 : static_cast<std::uint32_t>(number(node, segment).value_or(0));
+  if (const auto bytes = segment.empty() ? std::nullopt : number(node, segment)) {
+    if (*bytes % 16 != 0) {
+      findings_.error(*transfer.segment_bytes_at,
+                      fmt::format("{} is {}; expected a multiple of 16 bytes, as segments of SOME/IP-TP have "
+                                  "it: {}",
+                                  segment, *bytes, std::max<std::int64_t>(*bytes / 16 * 16, 16)));
+    }
+    transfer.segment_bytes = static_cast<std::uint32_t>(*bytes);  // 0: as nobody says it
+  }
   transfer.separation = time(separation, 0);
   transfer.debounce = time(debounce, 0);
   transfer.retention = time(retention, node != nullptr && node->version == 2 ? retention_ms : 0);

@@ -441,7 +441,12 @@ void Deployment::transfer(Block& block, const Transfer& transfer, const std::str
     if (segment.empty()) {
       lose(owner, "a segment length that FDEPL has no key for");
     } else {
-      block.settings.push_back(fmt::format("{} = {}", segment, transfer.segment_bytes));
+      const std::uint32_t bytes = std::max(transfer.segment_bytes / 16 * 16, std::uint32_t{16});
+      if (bytes != transfer.segment_bytes) {
+        lose(owner, fmt::format("segments of {} bytes: a multiple of 16 is written, {}",
+                                transfer.segment_bytes, bytes));
+      }
+      block.settings.push_back(fmt::format("{} = {}", segment, bytes));
     }
   }
   time(separation, transfer.separation, 0);

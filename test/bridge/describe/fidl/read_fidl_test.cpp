@@ -1,5 +1,6 @@
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <map>
@@ -173,7 +174,7 @@ TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
       R"(
       SomeIpEventGroups = { 7 }
       attribute speed { SomeIpGetterID = 1 SomeIpSetterID = 0 SomeIpNotifierID = 0x8001 SomeIpNotifierEventGroups = { 1, 2 }
-                        SomeIpAttributeReliable = true SomeIpNotifierSegmentLength = 1000 SomeIpNotifierSeparationTime = 2 }
+                        SomeIpAttributeReliable = true SomeIpNotifierSegmentLength = 1008 SomeIpNotifierSeparationTime = 2 }
       method open { SomeIpMethodID = 2 SomeIpMethodEndianess = le SomeIpMethodCRCWidth = four MethodTimeout = 250
                     in { why { SomeIpStringLengthWidth = 2 SomeIpStringEncoding = utf16be } } }
       method beep { SomeIpMethodID = 0b11 SomeIpReliable = true }
@@ -205,7 +206,7 @@ TEST(ReadFidl, ReadsAnInterfaceWithItsDeployment) {
   EXPECT_EQ(speed.notifier, someip::MethodId{0x8001});
   EXPECT_THAT(speed.eventgroups, ElementsAre(someip::EventgroupId{1}, someip::EventgroupId{2}));
   EXPECT_EQ(speed.notifier_transfer.transport, Transport::tcp);
-  EXPECT_EQ(speed.notifier_transfer.segment_bytes, 1000u);
+  EXPECT_EQ(speed.notifier_transfer.segment_bytes, 1008u);
   EXPECT_EQ(speed.notifier_transfer.separation, std::chrono::milliseconds{2});
   EXPECT_EQ(speed.notifier_transfer.retention, std::chrono::milliseconds{5});
 
@@ -608,6 +609,26 @@ TEST(ReadFidl, TakesWidthsThatCannotBeWithAWarning) {
   EXPECT_EQ(reading.model.at(only_value(reading).type).primitive, messages::Primitive::uint16);
   EXPECT_EQ(only_value(reading).wire.bits, 9);
   EXPECT_EQ(reading.model.services[0].fields.at(1).payload.values[0].wire.bits, 0);
+}
+
+TEST(ReadFidl, RefusesSegmentsThatAreNoMultipleOf16Bytes) {
+  const auto with = [](int bytes) {
+    return deployed("broadcast b { out { UInt8 x } }",
+                    fmt::format("broadcast b {{ SomeIpEventID = 32769 SomeIpEventGroups = {{ 1 }} "
+                                "SomeIpBroadcastSegmentLength = {} }}",
+                                bytes));
+  };
+  const auto error = [](int bytes, int likely) {
+    return ElementsAre(
+        testing::ContainsRegex(fmt::format("I.fdepl:[0-9]+:[0-9]+: error: SomeIpBroadcastSegmentLength is "
+                                           "{}; expected a multiple of 16 bytes, as "
+                                           "segments of SOME/IP-TP have it: {}",
+                                           bytes, likely)));
+  };
+  EXPECT_THAT(told(with(17)), error(17, 16));
+  EXPECT_THAT(told(with(7)), error(7, 16));
+  EXPECT_THAT(told(with(1400)), error(1400, 1392));
+  EXPECT_THAT(told(with(1392)), IsEmpty());
 }
 
 TEST(ReadFidl, LeavesOutMulticastGroupsOfNoEvents) {

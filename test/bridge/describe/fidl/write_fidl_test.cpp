@@ -242,8 +242,8 @@ define org.genivi.commonapi.someip.deployment for interface org.example.all.All 
   DefaultTimeout = 900
   attribute temperature { SomeIpGetterID = 1 SomeIpNotifierID = 33001 SomeIpNotifierEventGroups = { 1, 2 }
     SomeIpAttributeReliable = true SomeIpAttributeEndianess = le SomeIpAttributeCRCWidth = one
-    SomeIpGetterSegmentLengthResponse = 1000 SomeIpGetterSeparationTimeResponse = 2
-    SomeIpNotifierSegmentLength = 1100 SomeIpNotifierSeparationTime = 3 SomeIpNotifierDebounceTime = 4
+    SomeIpGetterSegmentLengthResponse = 1008 SomeIpGetterSeparationTimeResponse = 2
+    SomeIpNotifierSegmentLength = 1120 SomeIpNotifierSeparationTime = 3 SomeIpNotifierDebounceTime = 4
     SomeIpNotifierMaxRetentionTime = 6 SomeIpGetterMaxRetentionTime = 7 SomeIpGetterRequestDebounceTime = 8
     SomeIpGetterResponseMaxRetentionTime = 9 SomeIpGetterResponseDebounceTime = 10
     AttributeGetterTimeout = 100 AttributeNotifierTimeout = 200 AttributeNotifierUpdateMode = Cyclic }
@@ -276,8 +276,8 @@ define org.genivi.commonapi.someip.deployment for interface org.example.all.All 
   method call { SomeIpMethodID = 40 SomeIpReliable = true SomeIpMethodEndianess = le SomeIpMethodCRCWidth = four
     SomeIpErrorCoding = Header MethodTimeout = 250 Errors = { "a", "b" }
     SomeIpMethodMaxRetentionTime = 1 SomeIpMethodResponseMaxRetentionTime = 2 SomeIpMethodRequestDebounceTime = 3
-    SomeIpMethodResponseDebounceTime = 4 SomeIpMethodSegmentLength = 1000 SomeIpMethodSeparationTime = 5
-    SomeIpMethodSegmentLengthResponse = 1100 SomeIpMethodSeparationTimeResponse = 6
+    SomeIpMethodResponseDebounceTime = 4 SomeIpMethodSegmentLength = 1008 SomeIpMethodSeparationTime = 5
+    SomeIpMethodSegmentLengthResponse = 1120 SomeIpMethodSeparationTimeResponse = 6
     in { ^in { SomeIpStringLengthWidth = 2 SomeIpStringEncoding = utf16le SomeIpStringLength = 80 }
          big { #struct { SomeIpStructLengthWidth = 0 number { SomeIpIntegerBitWidth = 9 } } }
          table { SomeIpArgMapLengthWidth = 1 SomeIpArgMapMinLength = 2 SomeIpArgMapMaxLength = 3 } }
