@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
@@ -331,6 +332,7 @@ const Content& Interfaces::content(const ServiceElement& element, bool is_answer
 Content Interfaces::make_content(const ServiceElement& element, bool is_answer) const {
   const Service& service = system_.model.services[element.service];
   Content content;
+  std::string crc;
   if (!has_types_[element.service]) {
     content.unknown = "the description has no types";
     return content;
@@ -341,11 +343,13 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
   switch (element.part) {
     case Part::event:
       content.is_empty = service.events[element.member].payload.values.empty();
+      crc = crc_fault(service.events[element.member].payload);
       break;
     case Part::method: {
       const Method& method = service.methods[element.member];
       content.is_empty = is_answer ? method.response.values.empty() && method.error == no_type
                                    : method.request.values.empty();
+      crc = crc_fault(is_answer ? method.response : method.request);
       type += messages::service_suffixes[is_answer ? 1 : 0];
       break;
     }
@@ -355,6 +359,11 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
     case Part::notifier:
     case Part::setter:
       break;
+  }
+  if (!crc.empty()) {
+    content.is_empty = false;
+    content.unknown = std::move(crc);
+    return content;
   }
   if (const Protection* const e2e = protection(element)) {
     const auto header = protection_header(*e2e);

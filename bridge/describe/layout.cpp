@@ -75,8 +75,21 @@ class LayoutWalker {
       : model_{model}, payload_{payload}, bytes_{bytes}, limit_{bytes ? bytes->size() : 0} {}
 
   Layout walk() {
+    const std::string crc = crc_fault(payload_);
+    if (bytes_ && !crc.empty()) {
+      error("", crc);
+    }
     members(payload_.values, "", payload_.byte_order, 0);
     end_bits();
+    if (!bytes_ && !payload_.known) {
+      variable("", "bytes", "what it carries is not known");
+    }
+    if (!bytes_ && !crc.empty() && !failed_) {
+      push("(CRC)", "CRC", "no source says where it is and how it is made: it is neither sent nor read",
+           std::to_string(payload_.crc_bytes));
+      last().offset.reset();
+      last().offset_text = "?";
+    }
     if (bytes_ && at_ < bytes_->size()) {
       if (!failed_) {
         error("", fmt::format("{} bytes more than the description has", bytes_->size() - at_));
@@ -191,6 +204,15 @@ class LayoutWalker {
   /// A length or selector field.
   std::optional<std::uint64_t> count(const std::string& path, const char* type, FieldWidth width,
                                      const char* what) {
+    if (std::exchange(tag_has_width_, false)) {
+      end_bits();
+      if (!failed_ && has_room(path)) {
+        push(path, type, fmt::format("{}, {}; the tag tells how wide", order_text(length_order()), what),
+             "1, 2 or 4");
+        after_variable("length of " + path);
+      }
+      return std::nullopt;
+    }
     const auto bytes =
         add(path, type, fmt::format("{}, {}", order_text(length_order()), what), someip::bytes(width));
     if (!bytes) {
@@ -247,6 +269,7 @@ class LayoutWalker {
   int depth_ = 0;
   unsigned bit_ = 0;  ///< bits of the byte at `at_` that are taken
   bool failed_ = false;
+  bool tag_has_width_ = false;  ///< without bytes: the next length field is as wide as a tag says
   std::size_t uses_ = 0;
   std::size_t path_bytes_ = 0;
   /// Names by value, of the enumerations that were met: the first of each value.
@@ -285,8 +308,11 @@ void LayoutWalker::tagged(const std::vector<Value>& values, const std::string& p
         add(path_of(one), "tag", tag_text(one) + ", big endian" + (one.optional ? ", may be missing" : ""),
             someip::tag_bytes);
         Wire wire = one.wire;
-        wire.length = payload_.tagged_length;
+        // Of wire types 5, 6 and 7: some width, which the tag tells.
+        tag_has_width_ = payload_.smallest_tagged_length;
+        wire.length = tag_has_width_ ? FieldWidth::bits32 : payload_.tagged_length;
         use(one.type, wire, path_of(one), wire.byte_order.value_or(order), nesting + 1, true);
+        tag_has_width_ = false;  // a number has no length field
         if (one.optional) {
           after_variable(path_of(one) + "?");
         }
@@ -802,6 +828,12 @@ bool has_tagged_lengths(const Model& model, const Payload& payload) {
   return any_value(model, payload, [](const Value& value, const Type& type) {
     return value.tag && type.kind != Kind::primitive && type.kind != Kind::enumeration;
   });
+}
+
+std::string crc_fault(const Payload& payload) {
+  return payload.crc_bytes == 0 ? std::string{}
+                                : fmt::format("a CRC of {} byte{} in the payload", payload.crc_bytes,
+                                              payload.crc_bytes == 1 ? "" : "s");
 }
 
 Layout layout(const Model& model, const Payload& payload) {

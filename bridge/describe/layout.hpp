@@ -53,6 +53,9 @@ inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 /// Whether there is a tagged member in it with a length field, which is not a number.
 [[nodiscard]] bool has_tagged_lengths(const Model& model, const Payload& payload);
 
+/// Why nobody here can send or read such a payload, for its checksum; empty: it has none.
+[[nodiscard]] std::string crc_fault(const Payload& payload);
+
 /// Whether a structure, or one that it extends, is polymorphic: there is no form for it on the wire.
 [[nodiscard]] bool is_polymorphic(const Model& model, const Type& type);
 

@@ -272,6 +272,12 @@ tl::expected<E2eSettings, std::string> e2e_settings(const Protection& e2e, E2eUs
   return *settings;
 }
 
+std::string e2e_fault(const Protection& e2e, E2eUse use) {
+  const auto settings =
+      e2e.profile.empty() ? tl::expected<E2eSettings, std::string>{} : e2e_settings(e2e, use);
+  return settings ? std::string{} : settings.error();
+}
+
 WireSettings wire_settings(const Protection& e2e) {
   WireSettings settings{.profile = e2e.profile};
   for (const auto& [profile, same] :

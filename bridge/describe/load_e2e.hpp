@@ -31,6 +31,9 @@ enum class E2eUse : std::uint8_t { sent_event, received_event, served, called };
 /// @return or why that cannot be: "data_bits: missing, expected …".
 [[nodiscard]] tl::expected<E2eSettings, std::string> e2e_settings(const Protection& e2e, E2eUse use);
 
+/// Why a Node cannot do what a description says; empty: it can, or there is no protection.
+[[nodiscard]] std::string e2e_fault(const Protection& e2e, E2eUse use);
+
 /// What of a protection decides about the bytes of messages. What only says what a receiver accepts is not in
 /// it.
 struct WireSettings {

@@ -70,7 +70,7 @@ class Lowering {
   /// Of an event or a field.
   void value(LoweredMember member, const Payload& payload, const std::string& name, const std::string& source,
              const Notes& notes, Place place) {
-    check(payload, source, place);
+    const bool is_carried = check(payload, source, place);
     if (!payload.known) {
       types_.complain(source, "what it carries is not known", place);
       return;
@@ -88,12 +88,15 @@ class Lowering {
     member.type = types_.shapes()[root->first].definition.name;
     member.rules = rules_of(types_.shapes(), {*root}, payload);
     result_.notes.emplace(member.type, notes);
-    result_.members.push_back(std::move(member));
+    if (is_carried) {
+      result_.members.push_back(std::move(member));
+    }
   }
 
   void method(LoweredMember member, const Method& method, std::string name, const std::string& source) {
-    check(method.request, source, method.place);
-    check(method.response, source, method.place);
+    const bool is_request_carried = check(method.request, source, method.place);
+    const bool is_carried =
+        is_request_carried && (method.fire_and_forget || check(method.response, source, method.place));
     if (!method.request.known || (!method.response.known && !method.fire_and_forget)) {
       types_.complain(source, "what it carries is not known", method.place);
       return;
@@ -144,13 +147,19 @@ class Lowering {
     member.response.payload.smallest_tagged_length = method.response.smallest_tagged_length;
     result_.sources.emplace(name, source);
     result_.notes.emplace(name, method.notes);
-    result_.members.push_back(std::move(member));
+    if (is_carried) {
+      result_.members.push_back(std::move(member));
+    }
   }
 
-  void check(const Payload& payload, const std::string& source, Place place) {
-    if (payload.crc_bytes != 0) {
-      types_.complain(source, fmt::format("a CRC of {} bytes in the payload", payload.crc_bytes), place);
+  /// Whether a bridge can send and read it; says why not. Its messages are made nevertheless.
+  bool check(const Payload& payload, const std::string& source, Place place) {
+    std::string fault = crc_fault(payload);
+    const bool is_carried = fault.empty();
+    if (!is_carried) {
+      types_.complain(source, std::move(fault), place);
     }
+    return is_carried;
   }
 
   [[nodiscard]] bool is_alone(const std::vector<Value>& values) const {

@@ -36,6 +36,7 @@ struct Part {
   std::string name;
   Payload payload{};
   Protection e2e{};
+  describe::E2eUse use = describe::E2eUse::sent_event;
   std::string type{};  ///< the ROS message of its values; empty: there is none
   messages::MessageRules rules{};
   std::string argument{};                            ///< as LoweredMember::argument
@@ -107,17 +108,18 @@ class Search {
       case LoweredMember::Kind::event: {
         const describe::Event& event = service.events[member.index];
         add(name + describe::member_key(event.name, event.selector), "payload", at, member, event.payload,
-            event.e2e);
+            event.e2e, describe::E2eUse::sent_event);
         return;
       }
       case LoweredMember::Kind::method: {
         const describe::Method& method = service.methods[member.index];
         const std::string full = name + describe::member_key(method.name, method.selector);
         if (member.part != MemberPart::response) {
-          add(full, "request", at, member, method.request, method.e2e);
+          add(full, "request", at, member, method.request, method.e2e, describe::E2eUse::called);
         }
         if (member.part != MemberPart::request && !method.fire_and_forget) {
-          add(full, "response", at, member, describe::response_of(system_.model, method), method.e2e);
+          add(full, "response", at, member, describe::response_of(system_.model, method), method.e2e,
+              describe::E2eUse::served);
         }
         return;
       }
@@ -131,17 +133,23 @@ class Search {
         add(name + field.name, part, at, member, field.payload,
             member.part == MemberPart::getter   ? field.getter_e2e
             : member.part == MemberPart::setter ? field.setter_e2e
-                                                : field.e2e);
+                                                : field.e2e,
+            member.part == MemberPart::getter || member.part == MemberPart::setter
+                ? describe::E2eUse::called
+                : describe::E2eUse::sent_event);
         return;
       }
     }
   }
 
   void add(std::string element, std::string part, std::size_t service_at, const describe::NamedMember& member,
-           Payload payload, const Protection& e2e) {
+           Payload payload, const Protection& e2e, describe::E2eUse use) {
     const bool is_response = part == "response";
-    Part made{
-        .element = std::move(element), .name = std::move(part), .payload = std::move(payload), .e2e = e2e};
+    Part made{.element = std::move(element),
+              .name = std::move(part),
+              .payload = std::move(payload),
+              .e2e = e2e,
+              .use = use};
     if (const LoweredMember* const lowered = system_.lowered.member(member.kind, service_at, member.index)) {
       made.type = lowered->type;
       if (member.kind == LoweredMember::Kind::method) {
@@ -221,6 +229,9 @@ std::vector<std::string> names_of(const Model& model) {
 tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::System& system, const Part& part,
                                                            std::string_view values,
                                                            std::string_view values_name) {
+  if (std::string crc = describe::crc_fault(part.payload); !crc.empty()) {
+    return tl::unexpected{fmt::format("{} has {}, so values cannot be given", part.element, crc)};
+  }
   if (part.payload.values.empty()) {
     return std::vector<std::byte>{};
   }
@@ -355,11 +366,20 @@ std::string hex_of(const std::vector<std::byte>& bytes, std::size_t at, std::siz
 
 }  // namespace
 
-void add_header(const Protection& e2e, Layout& layout, std::vector<std::byte>* bytes) {
+void add_header(const Protection& e2e, describe::E2eUse use, Layout& layout, std::vector<std::byte>* bytes) {
   const bool has_bytes = bytes != nullptr;
   const auto place_of_header = describe::protection_header(e2e);
   const std::vector<HeaderField> fields = header_fields(e2e.profile);
+  const std::string fault = describe::e2e_fault(e2e, use);
+  const std::string rule =
+      fmt::format("profile {}, {}{}", e2e.profile,
+                  fault.empty() ? "written when it is sent" : "which cannot be done: ", fault);
   if (!place_of_header || fields.empty()) {
+    if (!fault.empty()) {
+      layout.ranges.insert(
+          layout.ranges.begin(),
+          {.offset_text = "?", .size_text = "?", .path = "(E2E header)", .type = "header", .rule = rule});
+    }
     return;
   }
   const std::size_t at = place_of_header->at;
@@ -372,7 +392,7 @@ void add_header(const Protection& e2e, Layout& layout, std::vector<std::byte>* b
                       .size_text = fmt::to_string(field.bytes),
                       .path = fmt::format("(E2E {})", field.name),
                       .type = "header",
-                      .rule = fmt::format("profile {}, written when it is sent", e2e.profile)});
+                      .rule = rule});
     size += field.bytes;
   }
   auto place = layout.ranges.begin();
@@ -380,8 +400,9 @@ void add_header(const Protection& e2e, Layout& layout, std::vector<std::byte>* b
     ++place;
   }
   for (auto range = place; range != layout.ranges.end(); ++range) {
-    // Parts of elements count from these, where the layout is without bytes.
-    if (range->depth == 0 || has_bytes) {
+    // Parts of elements count from these, where the layout is without bytes; of a checksum ("?") nobody
+    // knows.
+    if ((range->depth == 0 || has_bytes) && range->offset_text != "?") {
       const std::size_t digits = range->offset_text.find_first_not_of("0123456789");
       const std::size_t before = range->offset ? *range->offset : std::stoul(range->offset_text);
       range->offset_text = fmt::to_string(before + size) +
@@ -443,7 +464,7 @@ tl::expected<std::vector<Explanation>, std::string> explain(const describe::Syst
       one.bytes = std::move(*bytes);
       one.layout = describe::layout(model, part.payload, one.bytes);
     }
-    add_header(part.e2e, one.layout, values.empty() ? nullptr : &one.bytes);
+    add_header(part.e2e, part.use, one.layout, values.empty() ? nullptr : &one.bytes);
     all.push_back(std::move(one));
   }
   return all;

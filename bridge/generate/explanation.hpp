@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/system.hpp"
 
 namespace trestle::generate {
@@ -38,9 +39,10 @@ struct Explanation {
     const describe::System& system, std::string_view element, std::string_view values,
     std::string_view values_name = "values");
 
-/// Puts the header of a protection into a layout, and zeros for it into the bytes.
+/// Puts the header of a protection into a layout, and zeros for it into the bytes. Where the protection
+/// cannot be done, the layout says why.
 /// @param bytes  null: the layout is one without values.
-void add_header(const describe::Protection& e2e, describe::Layout& layout,
+void add_header(const describe::Protection& e2e, describe::E2eUse use, describe::Layout& layout,
                 std::vector<std::byte>* bytes = nullptr);
 
 /// As a table for people.

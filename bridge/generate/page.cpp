@@ -69,9 +69,9 @@ Json ranges_json(const describe::Layout& layout, std::optional<ByteView> bytes) 
 /// The bytes of a payload, and what they are.
 /// @param e2e  its header, which is not among the bytes, is shown as zeros.
 Json bytes_json(const describe::Model& model, const describe::Payload& payload, std::vector<std::byte> bytes,
-                const describe::Protection& e2e) {
+                const describe::Protection& e2e, describe::E2eUse use) {
   describe::Layout layout = describe::layout(model, payload, bytes);
-  add_header(e2e, layout, &bytes);
+  add_header(e2e, use, layout, &bytes);
   std::string hex;
   messages::append_hex(hex, ByteView{bytes}.first(std::min<std::size_t>(bytes.size(), 4096)));
   Json json{{"ranges", ranges_json(layout, bytes)}, {"hex", hex}, {"bytes", bytes.size()}};
@@ -219,7 +219,7 @@ web::Answer Page::answer(const web::Request& request) {
   const PagePart part = member->part(model, question->part == "response");
   if (request.path == "/api/layout" && question->values.empty()) {
     describe::Layout layout = describe::layout(model, part.payload);
-    add_header(part.e2e, layout);
+    add_header(part.e2e, part.use, layout);
     return json_of({{"ranges", ranges_json(layout, std::nullopt)}});
   }
   auto tree = part.tree(*loaded);
@@ -233,7 +233,7 @@ web::Answer Page::answer(const web::Request& request) {
   if (!bytes) {
     return json_of({{"error", to_string(bytes.error())}, {"field", bytes.error().field}});
   }
-  return json_of(bytes_json(model, part.payload, std::move(*bytes), part.e2e));
+  return json_of(bytes_json(model, part.payload, std::move(*bytes), part.e2e, part.use));
 }
 
 tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
@@ -321,7 +321,7 @@ tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
       payload.erase(begin, begin + static_cast<std::ptrdiff_t>(header_bytes));
     }
     const auto text = part.yaml(*loaded, payload);
-    Json json = bytes_json(loaded->system.model, part.payload, std::move(payload), {});
+    Json json = bytes_json(loaded->system.model, part.payload, std::move(payload), {}, part.use);
     std::string said = response.check ? cli::failed_check(*response.check, "the answer") : note;
     json["ok"] = text.has_value() && (!response.check || said.empty());
     said += said.empty() ? "" : "\n";

@@ -1,5 +1,7 @@
 #include "bridge/generate/page_member.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "bridge/describe/layout.hpp"
@@ -23,6 +25,9 @@ std::string_view list_of(LoweredMember::Kind kind) {
 
 tl::expected<messages::TypeTree, std::string> PagePart::tree(const PageSystem& system) const {
   if (type.empty()) {
+    if (const std::string crc = describe::crc_fault(payload); !crc.empty()) {
+      return tl::unexpected{fmt::format("there is {}, so values cannot be given", crc)};
+    }
     return tl::unexpected{std::string{"its type has no form in ROS 2, so values cannot be given"}};
   }
   auto library = messages::TypeLibrary::of({system.types, std::make_shared<messages::BuiltinSource>()});
@@ -127,6 +132,7 @@ PagePart PageMember::part(const describe::Model& model, bool response) const {
     part.type += messages::service_suffixes[response ? 1 : 0];
   }
   part.e2e = method_->e2e;
+  part.use = response ? describe::E2eUse::served : describe::E2eUse::called;
   if (!response) {
     part.payload = method_->request;
     return part;

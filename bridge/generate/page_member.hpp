@@ -5,6 +5,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/messages/convert/message_rules.hpp"
@@ -27,6 +28,7 @@ struct PagePart {
   std::string type{};           ///< the ROS message; empty: it has none
   messages::MessageRules rules{};
   describe::Protection e2e{};  ///< of a field that of the notifier
+  describe::E2eUse use = describe::E2eUse::sent_event;
 
   /// The message; or why there is none.
   [[nodiscard]] tl::expected<messages::TypeTree, std::string> tree(const PageSystem& system) const;

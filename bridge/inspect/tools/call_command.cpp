@@ -263,7 +263,7 @@ Bytes payload_of(const CallArguments& options, const cli::PayloadOptions& payloa
     throw CLI::ValidationError("PAYLOAD", fmt::format("{} needs values: {}", described->element->name,
                                                       names_of_values(*described->content->values)));
   }
-  return {};
+  return described != nullptr && payload.values() == nullptr ? payload.parse({}) : Bytes{};
 }
 
 /// What the command line leaves to the description.

@@ -391,6 +391,23 @@ TEST(Interfaces, KnowsNoValuesWhereTheDescriptionHasNoTypes) {
   EXPECT_EQ(content.unknown, "the description has no types");
 }
 
+/// Also where nothing but the checksum is sent.
+TEST(Interfaces, HasNoValuesOfAPayloadWithAChecksum) {
+  Model model;
+  const TypeIndex number = lowered::number(model, messages::Primitive::uint8);
+  lowered::event(model, {lowered::value(model, "a", number)}).payload.crc_bytes = 4;
+  model.services[0].methods.push_back(
+      {.name = "ask", .id = someip::MethodId{1}, .request = {.crc_bytes = 1}});
+  const Interfaces interfaces = of_model(std::move(model));
+  for (const auto& [name, unknown] : {std::pair{"Door.changed", "a CRC of 4 bytes in the payload"},
+                                      std::pair{"Door.ask", "a CRC of 1 byte in the payload"}}) {
+    const Content& content = interfaces.content(*interfaces.find(name)->elements.at(0));
+    EXPECT_FALSE(content.values) << name;
+    EXPECT_FALSE(content.is_empty) << name;
+    EXPECT_EQ(content.unknown, unknown);
+  }
+}
+
 TEST(Interfaces, SkipsTheHeaderOfE2eProtection) {
   Model model;
   const TypeIndex number = lowered::number(model, messages::Primitive::uint8);

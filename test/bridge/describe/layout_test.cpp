@@ -202,6 +202,47 @@ TEST(Layout, ReadsChoicesTagsAndStructuresWithLength) {
                   "18 [1] : bytes, a member that is not known = 99"));
 }
 
+TEST(Layout, SaysWhereOnlyATagTellsHowWideALengthFieldIs) {
+  Model model;
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint16});
+  const TypeIndex text = model.add({.kind = Kind::string});
+  const Payload payload{.values = {{.name = "a", .type = u16, .tag = DataId{1}},
+                                   {.name = "s", .type = text, .tag = DataId{2}},
+                                   {.name = "b", .type = u16, .tag = DataId{3}}},
+                        .tagged_length = FieldWidth::bits16,
+                        .smallest_tagged_length = true};
+  EXPECT_THAT(lines_of(layout(model, payload)),
+              ElementsAre("0 [2] a: tag, data id 1, big endian", "2 [2] a: uint16, big endian",
+                          "4 [2] s: tag, data id 2, big endian",
+                          "6 [1, 2 or 4] s: length, big endian, bytes of the text; the tag tells how wide",
+                          "6 + length of s [variable] s: string, UTF-8, BOM, terminator",
+                          "6 + length of s + s [2] b: tag, data id 3, big endian",
+                          "8 + length of s + s [2] b: uint16, big endian"));
+  Payload configured = payload;
+  configured.smallest_tagged_length = false;
+  EXPECT_EQ(lines_of(layout(model, configured)).at(3), "6 [2] s: length, big endian, bytes of the text");
+}
+
+/// Nobody says where it stands, so no byte can be explained.
+TEST(Layout, TellsOfAChecksumInThePayload) {
+  Model model;
+  const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint16});
+  const Payload payload{.values = {{.name = "a", .type = u16}}, .crc_bytes = 4};
+  EXPECT_THAT(
+      lines_of(layout(model, payload)),
+      ElementsAre("0 [2] a: uint16, big endian",
+                  "? [4] (CRC): CRC, no source says where it is and how it is made: it is neither sent "
+                  "nor read"));
+  const Layout of_bytes = layout_of_bytes(model, payload, "abcdef");
+  EXPECT_THAT(errors_of(of_bytes), ElementsAre("0 : a CRC of 4 bytes in the payload"));
+  EXPECT_THAT(lines_of(of_bytes), ElementsAre("0 [6] : bytes, not described = 61 62 63 64 65 66"));
+}
+
+TEST(Layout, SaysWhereNobodyKnowsWhatAPayloadIs) {
+  EXPECT_THAT(lines_of(layout({}, {.known = false})),
+              ElementsAre("0 [variable] : bytes, what it carries is not known"));
+}
+
 TEST(Layout, EndsWithTypesThatContainThemselves) {
   Model model;
   const TypeIndex node = model.add({.kind = Kind::structure, .name = "Node"});

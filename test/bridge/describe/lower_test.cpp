@@ -330,6 +330,32 @@ TEST(Lower, LeavesOutWhatABridgeRefuses) {
   EXPECT_THAT(lowered.not_carried[2].what, HasSubstr("has no fields, so it cannot be the value of a field"));
 }
 
+/// A bridge would send such messages without it.
+TEST(Lower, LeavesOutWhatHasAChecksum) {
+  Model model;
+  const TypeIndex speed = number(model, messages::Primitive::uint8);
+  event(model, {value(model, "speed", speed)}).payload.crc_bytes = 4;
+  std::vector<Method>& methods = model.services[0].methods;
+  methods.push_back({.name = "ask", .request = {.crc_bytes = 1}});
+  methods.push_back({.name = "tell", .response = {.crc_bytes = 1}});
+  methods.push_back({.name = "plain"});
+  model.services[0].fields.push_back(
+      {.name = "level", .payload = {.values = {value(model, "level", speed)}, .crc_bytes = 4}});
+  const Lowered lowered = lower(model);
+  ASSERT_EQ(lowered.members.size(), 1U);
+  EXPECT_EQ(lowered.members[0].kind, LoweredMember::Kind::method);
+  EXPECT_EQ(lowered.members[0].member, 2U);
+  std::vector<std::string> lost;
+  for (const NotCarried& one : lowered.not_carried) {
+    lost.push_back(one.element + ": " + one.what);
+  }
+  EXPECT_THAT(lost, testing::ElementsAre("org.test.Door.changed: a CRC of 4 bytes in the payload",
+                                         "org.test.Door.ask: a CRC of 1 byte in the payload",
+                                         "org.test.Door.tell: a CRC of 1 byte in the payload",
+                                         "org.test.Door.level: a CRC of 4 bytes in the payload"));
+  EXPECT_NE(lowered.definition("test/srv/DoorAsk_Request"), nullptr);
+}
+
 TEST(Lower, MakesServicesOfMethods) {
   Model model;
   const TypeIndex byte = number(model, Primitive::uint8);

@@ -68,6 +68,29 @@ TEST(WriteSheet, HasTheLayoutOfEachPayload) {
   }
 }
 
+TEST(WriteSheet, TellsWhichBytesTrestleCannotDo) {
+  Model model;
+  model.services.push_back({.name = "Door"});
+  std::vector<Event>& events = model.services[0].events;
+  events.push_back({.name = "sum", .payload = {.crc_bytes = 4}});
+  events.push_back({.name = "other", .e2e = {.profile = "9"}});
+  events.push_back({.name = "unset", .e2e = {.profile = "5", .numbers = {{"data_id", 1}}}});
+  events.push_back({.name = "of_calls", .e2e = {.profile = "4m", .numbers = {{"data_id", 1}}}});
+  events.push_back({.name = "good", .e2e = {.profile = "4", .numbers = {{"data_id", 1}}}});
+  const Written written = write_sheet(model);
+  const std::string& text = written.files[0].text;
+  EXPECT_THAT(text, HasSubstr("| ? | 4 | (CRC) | CRC | no source says where it is"));
+  const auto paragraph = [&](const std::string& profile) {
+    const std::size_t at = text.find("E2E profile " + profile + ";");
+    return at == std::string::npos ? text : text.substr(at, text.find('\n', at) - at);
+  };
+  constexpr const char* cannot = "; its header is in front of the payload. Trestle cannot do it: ";
+  EXPECT_THAT(paragraph("9"), HasSubstr(cannot));
+  EXPECT_THAT(paragraph("5"), HasSubstr(std::string{cannot} + "e2e: 'data_bits' is missing"));
+  EXPECT_THAT(paragraph("4m"), HasSubstr(cannot));
+  EXPECT_EQ(paragraph("4"), "E2E profile 4; its header is in front of the payload.");
+}
+
 TEST(WriteSheet, HasErrorsOfMethodsAndUnitsOfTypes) {
   Model model;
   const TypeIndex speed = model.add({.kind = Kind::primitive, .name = "Speed", .notes = {.unit = "km/h"}});

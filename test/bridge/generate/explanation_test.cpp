@@ -176,6 +176,36 @@ TEST(Explain, ShowsTheHeaderOfEachE2eProfile) {
   }
 }
 
+TEST(Explain, SaysWhyProtectionCannotBeDone) {
+  const auto first = [](const describe::Protection& e2e) {
+    describe::System system = system_of(door);
+    system.model.services[0].events[0].e2e = e2e;
+    const auto moved = explain(system, "Door.moved", {});
+    EXPECT_TRUE(moved);
+    const describe::ByteRange& range = moved->front().layout.ranges.at(0);
+    return range.offset_text + " " + range.path + " " + range.rule;
+  };
+  EXPECT_THAT(first({.profile = "9"}),
+              testing::StartsWith("? (E2E header) profile 9, which cannot be done: "));
+  EXPECT_THAT(
+      first({.profile = "5", .numbers = {{"data_id", 1}}}),
+      testing::StartsWith("0 (E2E CRC) profile 5, which cannot be done: e2e: 'data_bits' is missing: "));
+  EXPECT_EQ(first({.profile = "4", .numbers = {{"data_id", 1}}}),
+            "0 (E2E length) profile 4, written when it is sent");
+}
+
+TEST(Explain, TellsOfAChecksumBehindAHeader) {
+  describe::System system =
+      system_of(door, "SomeIpServiceID = 1\nbroadcast moved { SomeIpBroadcastCRCWidth = four }\n");
+  system.model.services[0].events[0].e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  const auto moved = explain(system, "Door.moved", {});
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(lines_of(moved->front()).back(), "? 4 (CRC) CRC");
+  const auto values = explain(system, "Door.moved", "{label: ab}");
+  ASSERT_FALSE(values);
+  EXPECT_EQ(values.error(), "Door.moved has a CRC of 4 bytes in the payload, so values cannot be given");
+}
+
 TEST(Explain, PrintsJson) {
   const auto moved = explain(system_of(door), "Door.moved", "{label: ab}");
   const auto json = nlohmann::json::parse(to_json_text(*moved));

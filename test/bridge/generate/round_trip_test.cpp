@@ -94,6 +94,7 @@ struct Explains {
 const std::vector<Explains>& explanations() {
   static const std::vector<Explains> all{
       {"its minor version", {"service-minor"}},
+      {"a CRC of # byte", {"event-removed", "method-removed", "field-removed"}},
       {"all eventgroups but the first one", {"event-eventgroups"}},
       {"getter, setter and notifier by different transports", {"transport"}},
       {"its getter by", {"transport"}},
@@ -226,6 +227,7 @@ const std::vector<Explains>& explanations_of_facts() {
   static const std::vector<Explains> all{
       {"its times of collecting several messages", {"debounce", "retention"}},
       {"that messages wait up to # ms for others", {"retention"}},
+      {"a CRC of # byte", {"retention", "eventgroup"}},
       {"a time that FDEPL has no key for", {"debounce", "retention"}},
       {"times in", {"debounce", "retention"}},
       {"its timeout", {"timeout"}},

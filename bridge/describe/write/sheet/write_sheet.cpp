@@ -10,6 +10,7 @@
 
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/units.hpp"
 #include "someip/net/address_text.hpp"
@@ -241,14 +242,14 @@ class SheetWriter {
         payload(element, "Response", response, one.response_transfer, one.place);
         errors(one);
       }
-      protection(one.e2e);
+      protection(one.e2e, E2eUse::called);
     }
     for (const Event& one : service.events) {
       form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(service, one.id)));
       notes(one.notes);
       payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload, one.transfer,
               one.place);
-      protection(one.e2e);
+      protection(one.e2e, E2eUse::sent_event);
     }
     for (const Field& one : service.fields) {
       std::string parts;
@@ -264,9 +265,9 @@ class SheetWriter {
       notes(one.notes);
       payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload,
               one.has_notifier ? one.notifier_transfer : one.getter_transfer, one.place);
-      protection(one.e2e, "Notifier: ");
-      protection(one.getter_e2e, "Getter: ");
-      protection(one.setter_e2e, "Setter: ");
+      protection(one.e2e, E2eUse::sent_event, "Notifier: ");
+      protection(one.getter_e2e, E2eUse::called, "Getter: ");
+      protection(one.setter_e2e, E2eUse::called, "Setter: ");
     }
   }
 
@@ -375,10 +376,13 @@ class SheetWriter {
     arguments(payload.values);
   }
 
-  void protection(const Protection& e2e, const std::string& part = {}) {
-    if (!e2e.profile.empty()) {
-      form_.paragraph(part + "E2E profile " + e2e.profile + "; its header is in front of the payload.");
+  void protection(const Protection& e2e, E2eUse use, const std::string& part = {}) {
+    if (e2e.profile.empty()) {
+      return;
     }
+    const std::string fault = e2e_fault(e2e, use);
+    form_.paragraph(fmt::format("{}E2E profile {}; its header is in front of the payload.{}", part,
+                                e2e.profile, fault.empty() ? "" : " Trestle cannot do it: " + fault + "."));
   }
 
   void types() {
