@@ -830,6 +830,17 @@ bool has_tagged_lengths(const Model& model, const Payload& payload) {
   });
 }
 
+std::set<FieldWidth> tagged_widths(const Model& model, const Payload& payload) {
+  std::set<FieldWidth> widths;
+  any_value(model, payload, [&](const Value& value, const Type& type) {
+    if (value.tag && !is_scalar_kind(type.kind) && value.wire.length != FieldWidth::none) {
+      widths.insert(value.wire.length);
+    }
+    return false;
+  });
+  return widths;
+}
+
 std::string crc_fault(const Payload& payload) {
   return payload.crc_bytes == 0 ? std::string{}
                                 : fmt::format("a CRC of {} byte{} in the payload", payload.crc_bytes,

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,10 @@ inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 
 /// Whether there is a tagged member in it with a length field, which is not a number.
 [[nodiscard]] bool has_tagged_lengths(const Model& model, const Payload& payload);
+
+/// The widths of the length fields that tagged members have by the rules of their own types. Those without a
+/// length field there are left out. What is carried has `Payload::tagged_length` before all of them.
+[[nodiscard]] std::set<someip::FieldWidth> tagged_widths(const Model& model, const Payload& payload);
 
 /// Why nobody here can send or read such a payload, for its checksum; empty: it has none.
 [[nodiscard]] std::string crc_fault(const Payload& payload);

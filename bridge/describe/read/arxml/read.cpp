@@ -28,6 +28,9 @@ Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
       arxml::Adaptive{tree, problems, contexts, types, options, model}.read();
       arxml::Classic{tree, problems, types, contexts, model}.read();
       types.read_all();
+      if (contexts.has_tags({})) {
+        arxml::find_tagged_lengths(model, problems);
+      }
     }
   }
   reading.problems = problems.take(model.files);

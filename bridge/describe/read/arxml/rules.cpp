@@ -1,7 +1,9 @@
 #include "bridge/describe/read/arxml/rules.hpp"
 
 #include <algorithm>
+#include <set>
 
+#include "bridge/describe/layout.hpp"
 #include "bridge/describe/read/arxml/values.hpp"
 
 namespace trestle::describe::arxml {
@@ -278,11 +280,42 @@ void Contexts::fill(Payload& payload, const Context& context) const {
   payload.length_fields_always_big = payload.byte_order == std::endian::little;
   payload.alignment = rules.alignment_bytes.value_or(1);
   payload.smallest_tagged_length = rules.smallest_length.value_or(false);
-  // One width stands before all tagged members; the files have one for each kind.
-  for (const auto& width : {rules.structure, rules.array, rules.string, rules.choice}) {
-    if (width && *width != someip::FieldWidth::none && has_tags(context)) {
-      payload.tagged_length = *width;
-      break;
+}
+
+void find_tagged_lengths(Model& model, Problems& problems) {
+  const auto find = [&](const Service& service, const auto& element, Payload& payload) {
+    const std::set<someip::FieldWidth> widths = tagged_widths(model, payload);
+    if (widths.size() == 1) {
+      payload.tagged_length = *widths.begin();
+    } else if (widths.size() > 1 && !payload.smallest_tagged_length) {
+      std::string all;
+      for (const someip::FieldWidth width : widths) {
+        all += (all.empty()                 ? ""
+                : width == *widths.rbegin() ? " and "
+                                            : ", ") +
+               std::to_string(someip::bytes(width));
+      }
+      problems.warning(element.place,
+                       "the members with TLV data ids in " + full_name(service.scope, service.name) +
+                           (service.scope.starts_with('/') ? "/" : ".") + element.name +
+                           " have length fields of " + all +
+                           " bytes, and only one width for all of them can be carried: what it carries is "
+                           "left out. Give strings, arrays, structures and unions the same "
+                           "SIZE-OF-…-LENGTH-FIELD, or set IS-DYNAMIC-LENGTH-FIELD-SIZE");
+      payload.known = false;
+      payload.values.clear();
+    }
+  };
+  for (Service& service : model.services) {
+    for (Event& event : service.events) {
+      find(service, event, event.payload);
+    }
+    for (Method& method : service.methods) {
+      find(service, method, method.request);
+      find(service, method, method.response);
+    }
+    for (Field& field : service.fields) {
+      find(service, field, field.payload);
     }
   }
 }

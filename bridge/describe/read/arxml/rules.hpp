@@ -81,4 +81,9 @@ class Contexts {
   Context none_{};
 };
 
+/// Of each payload the width of the length fields before its tagged members: a tag of wire type 4 means that
+/// of the member's type. A payload with several widths becomes one that is not known, with a warning: the
+/// model has one for all.
+void find_tagged_lengths(Model& model, Problems& problems);
+
 }  // namespace trestle::describe::arxml

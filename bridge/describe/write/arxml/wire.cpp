@@ -19,7 +19,13 @@ constexpr std::uint8_t usual_length = 4;  ///< bytes of a length field that no r
 /// Decides rules by what is needed first, and gives all else rules of its own.
 void Writer::need(const Value& value, Needs& needs, std::vector<Prototype>& way, int depth) {
   Special special;
-  need_inside(value, needs, way, special, depth);
+  if (const auto width = tagged_length(value, needs)) {
+    Value tagged{.type = value.type, .wire = value.wire, .place = value.place};
+    tagged.wire.length = *width;
+    need_inside(tagged, needs, way, special, depth);
+  } else {
+    need_inside(value, needs, way, special, depth);
+  }
   if (special.rules == Rules{}) {
     return;
   }
@@ -44,13 +50,20 @@ void Writer::lost_inside(Needs& needs, const std::string& element, std::string w
   lost(element, std::move(what), place);
 }
 
-void Writer::need_tag(const Value& value, Needs& needs) const {
-  if (value.tag) {
-    needs.has_tags = true;
-    const Kind kind = resolved(model_, value.type).kind;
-    needs.has_tagged_lengths =
-        needs.has_tagged_lengths || (kind != Kind::primitive && kind != Kind::enumeration);
+/// The length field that stands before a tagged member, in place of that of its type; nothing: none does, the
+/// tag tells it, or a length field would make a string of fixed size one of any.
+std::optional<someip::FieldWidth> Writer::tagged_length(const Value& value, Needs& needs) const {
+  needs.has_tags = needs.has_tags || value.tag.has_value();
+  const Kind kind = resolved(model_, value.type).kind;
+  if (!value.tag || kind == Kind::primitive || kind == Kind::enumeration) {
+    return std::nullopt;
   }
+  needs.has_tagged_lengths = true;
+  if (value.wire.length == someip::FieldWidth::none && value.wire.fixed_bytes != 0) {
+    return std::nullopt;
+  }
+  needs.says_tagged_length = needs.tagged_length.has_value();
+  return needs.tagged_length;
 }
 
 /// What is inside a structure or choice.
@@ -74,7 +87,6 @@ void Writer::need_members(const Value& value, const Type& type, Needs& needs, st
     const auto name = members_.find({holder, member.name});
     way.push_back({holder + "/" + (name == members_.end() ? short_name(member.name) : name->second),
                    "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"});
-    need_tag(member, needs);
     need(member, needs, way, depth + 1);
     way.pop_back();
   }
@@ -283,6 +295,8 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
   }
   if (payload.smallest_tagged_length) {
     needs.base.smallest = true;
+  } else if (payload.tagged_length != someip::FieldWidth::none) {
+    needs.tagged_length = payload.tagged_length;
   }
   needs.decided["structure length"] = root_.has_value();  // none before the structure around the arguments
   for (const auto& [prototype, value] : values) {
@@ -291,7 +305,6 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
       way.push_back(*root_);
     }
     way.push_back(prototype);
-    need_tag(*value, needs);
     need(*value, needs, way, 0);
   }
   if (needs.cut != nullptr) {
@@ -299,18 +312,9 @@ void Writer::write_wire(const Service& service, const std::string& service_path,
   }
   const std::string package = std::string{own} + "/Wire";
   const std::string base_name = service.name + "_" + element;
-  if (needs.has_tagged_lengths && !payload.smallest_tagged_length) {
-    // The width before tagged members is the first that readers find.
-    std::uint8_t found = usual_length;
-    for (const auto& width : {needs.base.structure, needs.base.array, needs.base.string, needs.base.choice}) {
-      if (width && *width != 0) {
-        found = *width;
-        break;
-      }
-    }
-    if (found != bytes_of(payload.tagged_length)) {
-      lost(base_name, "the width of length fields before tagged members", service.place);
-    }
+  if (needs.has_tagged_lengths && !payload.smallest_tagged_length && !needs.says_tagged_length &&
+      payload.tagged_length != someip::FieldWidth::bits32) {
+    lost(base_name, "the width of length fields before tagged members", service.place);
   }
   if (!(needs.base == Rules{}) || needs.has_tags) {
     const std::string name = packages_.unique(package, base_name);

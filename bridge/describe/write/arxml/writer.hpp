@@ -91,7 +91,9 @@ class Writer {
     std::map<std::string, bool> decided{};
     std::vector<Special> special{};
     bool has_tags = false;
-    bool has_tagged_lengths = false;  ///< of them, some have length fields
+    bool has_tagged_lengths = false;                    ///< of them, some have length fields
+    bool says_tagged_length = false;                    ///< and a rule of theirs tells readers which
+    std::optional<someip::FieldWidth> tagged_length{};  ///< before all of these; nothing: the tags tell
     /// Structures and choices in which nothing needs rules of its own, as far as rules are decided: they need
     /// not be looked at again, however often they are used.
     std::set<const Type*> plain{};
@@ -135,7 +137,7 @@ class Writer {
   void need_inside(const Value& value, Needs& needs, std::vector<Prototype>& way, Special& special,
                    int depth);
   void lost_inside(Needs& needs, const std::string& element, std::string what, Place place);
-  void need_tag(const Value& value, Needs& needs) const;
+  [[nodiscard]] std::optional<someip::FieldWidth> tagged_length(const Value& value, Needs& needs) const;
   void need_members(const Value& value, const Type& type, Needs& needs, std::vector<Prototype>& way,
                     int depth);
   void write_wire(const Service& service, const std::string& service_path, const std::string& element,

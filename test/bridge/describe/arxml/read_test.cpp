@@ -534,6 +534,63 @@ TEST(ReadArxml, ReadsTagsOptionalMembersAndRulesForOneMember) {
   EXPECT_FALSE(type.members[1].tag.has_value());
 }
 
+/// A tag of wire type 4 means the length field of the member's type.
+TEST(ReadArxml, TakesTheLengthFieldsOfTaggedMembersFromTheirTypes) {
+  const auto event_with = [](std::initializer_list<std::string_view> tagged, std::string_view rules) {
+    std::string elements =
+        "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>List</SHORT-NAME><CATEGORY>VECTOR</CATEGORY><SUB-ELEMENTS>" +
+        element("item", "VALUE", props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>")) +
+        "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+        "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Inner</SHORT-NAME><CATEGORY>STRUCTURE</"
+        "CATEGORY><SUB-ELEMENTS>" +
+        element("x", "VALUE", props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>")) +
+        "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+        "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>S</SHORT-NAME><CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>";
+    for (const auto& [name, type] : {std::pair{"list", "List"}, {"inner", "Inner"}}) {
+      elements += element(name, "TYPE_REFERENCE",
+                          props("<IMPLEMENTATION-DATA-TYPE-REF DEST=\"X\">/P/" + std::string{type} +
+                                "</IMPLEMENTATION-DATA-TYPE-REF>"));
+    }
+    elements +=
+        "</SUB-ELEMENTS></IMPLEMENTATION-DATA-TYPE>"
+        "<TLV-DATA-ID-DEFINITION-SET><SHORT-NAME>Ids</SHORT-NAME><TLV-DATA-ID-DEFINITIONS>";
+    for (const std::string_view name : tagged) {
+      elements += "<TLV-DATA-ID-DEFINITION><ID>" + std::to_string(name.size()) +
+                  "</ID><TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF DEST=\"X\">/P/S/" + std::string{name} +
+                  "</TLV-IMPLEMENTATION-DATA-TYPE-ELEMENT-REF></TLV-DATA-ID-DEFINITION>";
+    }
+    elements += "</TLV-DATA-ID-DEFINITIONS></TLV-DATA-ID-DEFINITION-SET>";
+    return read_texts({types(elements, "/P/S", rules)});
+  };
+  constexpr std::string_view unlike =
+      "<SIZE-OF-ARRAY-LENGTH-FIELD>1</SIZE-OF-ARRAY-LENGTH-FIELD>"
+      "<SIZE-OF-STRUCT-LENGTH-FIELD>2</SIZE-OF-STRUCT-LENGTH-FIELD>";
+  const auto payload = [](const Reading& reading) {
+    return reading.model.services.at(0).events.at(0).payload;
+  };
+
+  const Reading arrays = event_with({"list"}, unlike);
+  EXPECT_THAT(problems_of(arrays), IsEmpty());
+  EXPECT_EQ(payload(arrays).tagged_length, someip::FieldWidth::bits8);
+  EXPECT_EQ(payload(event_with({"inner"}, unlike)).tagged_length, someip::FieldWidth::bits16);
+
+  const Reading both = event_with({"list", "inner"}, unlike);
+  EXPECT_TRUE(both.ok());
+  EXPECT_THAT(problems_of(both),
+              testing::ContainsRegex(
+                  "0.arxml:[0-9]+:[0-9]+: warning: the members with TLV data ids in /P/Door/e have "
+                  "length fields of 1 and 2 bytes, and only one width"));
+  EXPECT_FALSE(payload(both).known);
+  EXPECT_THAT(payload(both).values, IsEmpty());
+
+  const Reading smallest =
+      event_with({"list", "inner"},
+                 std::string{unlike} + "<IS-DYNAMIC-LENGTH-FIELD-SIZE>true</IS-DYNAMIC-LENGTH-FIELD-SIZE>");
+  EXPECT_THAT(problems_of(smallest), IsEmpty());
+  EXPECT_TRUE(payload(smallest).smallest_tagged_length);
+  EXPECT_TRUE(payload(smallest).known);
+}
+
 TEST(ReadArxml, ReadsApplicationTypesThroughTheirMappings) {
   const Reading reading = read_texts({types(
       "<IMPLEMENTATION-DATA-TYPE><SHORT-NAME>Impl</SHORT-NAME><CATEGORY>VALUE</CATEGORY>" +
