@@ -771,13 +771,15 @@ void TypeLowering::constants_of(Shape& shape, std::string_view scope, bool keeps
                constant.place);
       continue;
     }
+    Notes notes = constant.notes;
+    notes.unit = measured_in(model_, {.type = constant.type, .notes = notes});
     const std::string& name =
         add_constant(shape,
                      {.name = keeps_names ? constant.name : ros_constant_name(constant.name),
                       .type = !is_number ? type.ros_name == "wstring" ? Primitive::wstring : Primitive::string
                                          : type.primitive,
                       .value = constant.value},
-                     full_name(constant.scope, constant.name), constant.notes);
+                     full_name(constant.scope, constant.name), notes);
     if (name != constant.name) {
       names.add(constant.name, name);
     }

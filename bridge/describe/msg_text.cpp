@@ -29,9 +29,14 @@ std::string notes_text(const Lowered& lowered, const std::string& name) {
   return text;
 }
 
-/// Of a message or service. What stands directly above a field is about the field.
+/// Of a message or service, where brackets are no unit. What stands directly above a field is about the
+/// field.
 std::string head_text(const Lowered& lowered, const std::string& name, std::string_view mark = {}) {
-  std::string text = notes_text(lowered, name);
+  std::string text;
+  if (const auto notes = lowered.notes.find(name); notes != lowered.notes.end()) {
+    add_comment(text, notes->second.description);
+    add_comment(text, notes->second.unit.empty() ? "" : "unit: " + notes->second.unit);
+  }
   text += mark.empty() ? "" : fmt::format("{}{}\n", messages::mark_comment, mark);
   text += text.empty() ? "" : "\n";
   return text;

@@ -13,6 +13,9 @@ std::string measured_in(const Model& model, const Value& value) {
     if (type.kind != Kind::alias && type.kind != Kind::array) {
       break;
     }
+    if (unit->empty()) {
+      unit = &type.element.notes.unit;
+    }
     index = type.element.type;
   }
   return *unit;

@@ -11,11 +11,13 @@
 
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/fidl_words.hpp"
+#include "bridge/describe/lower.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/describe/write/arxml/write_arxml.hpp"
 #include "bridge/describe/write/fidl/write_fidl.hpp"
+#include "bridge/describe/write/msg/write_msg.hpp"
 #include "test/bridge/describe/arxml/arxml_text.hpp"
 #include "test/bridge/describe/fidl/corpus.hpp"
 #include "test/bridge/describe/lost.hpp"
@@ -30,7 +32,9 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Not;
+using ::testing::Pair;
 
 std::string texts_of(const std::vector<documents::Problem>& problems) {
   std::string text;
@@ -489,6 +493,89 @@ TEST(FidlOfOthers, KeepsUnitsOfArxmlAndTellsOfKeysThatItHasNoPlaceFor) {
 }
 
 /// All keys of CommonAPI's specifications, and what interfaces of FIDL may have.
+/// "Line: Point": base; "Line.points": unit.
+std::map<std::string, std::string> bases_and_units(const Model& model) {
+  std::map<std::string, std::string> all;
+  for (const Type& type : model.types) {
+    if (type.kind != Kind::structure) {
+      continue;
+    }
+    all[type.name] = (type.polymorphic ? "polymorphic " : "") +
+                     (type.base == no_type ? std::string{} : model.at(type.base).name);
+    for (const Value& member : type.members) {
+      all[type.name + "." + member.name] = member.notes.unit;
+    }
+  }
+  return all;
+}
+
+TEST(FidlOfOthers, KeepsUnitsOfMembersAndHeirsOfPolymorphicStructures) {
+  const std::string text = R"(package car
+interface Car {
+  version { major 1 minor 0 }
+  <** @details : unit: km/h **>
+  typedef Speed is UInt16
+  struct Point {
+    <** @details : unit: m **>
+    Double x
+    Speed y
+  }
+  struct Line extends Point {
+    <** @details : unit: mm **>
+    Point[] points
+    <** @details : unit: kg **>
+    Point end
+  }
+  struct Animal polymorphic {
+    <** @details : unit: g **>
+    UInt8 weight
+  }
+  struct Dog extends Animal {
+    <** @details : unit: cm **>
+    UInt8 jumps
+  }
+  struct Puppy extends Dog {
+    UInt8 age
+  }
+  <** @details : unit: ft **>
+  attribute Line line
+}
+)";
+  const Trip trip = trip_of(read({{"Car.fidl", text}}), "members");
+  EXPECT_THAT(changes_of(trip), IsEmpty());
+  const std::map<std::string, std::string> expected{{"Point", ""},
+                                                    {"Point.x", "m"},
+                                                    {"Point.y", ""},
+                                                    {"Line", "Point"},
+                                                    {"Line.points", "mm"},
+                                                    {"Line.end", "kg"},
+                                                    {"Animal", "polymorphic "},
+                                                    {"Animal.weight", "g"},
+                                                    {"Dog", "Animal"},
+                                                    {"Dog.jumps", "cm"},
+                                                    {"Puppy", "Dog"},
+                                                    {"Puppy.age", ""}};
+  EXPECT_EQ(bases_and_units(trip.before.model), expected);
+  EXPECT_EQ(bases_and_units(trip.after.model), expected);
+  EXPECT_EQ(trip.after.model.services.at(0).fields.at(0).payload.values.at(0).notes.unit, "ft");
+  // ARXML has members of bases copied in.
+  const ArxmlFile written = write_arxml(trip.after.model);
+  const System again = with_ids(read({{"again.arxml", written.text}}));
+  ASSERT_TRUE(again.good) << texts_of(again.problems);
+  EXPECT_THAT(bases_and_units(again.model),
+              IsSupersetOf({Pair("Point.x", "m"), Pair("Point.y", ""), Pair("Line", ""), Pair("Line.x", "m"),
+                            Pair("Line.points", "mm"), Pair("Line.end", "kg"), Pair("Dog.weight", "g"),
+                            Pair("Dog.jumps", "cm"), Pair("Puppy.weight", "g")}));
+  EXPECT_EQ(again.model.services.at(0).fields.at(0).payload.values.at(0).notes.unit, "ft");
+  EXPECT_THAT(lines_of(written.not_carried),
+              IsSupersetOf({"car.Car.Animal: that it is polymorphic", "car.Car.Dog: that it is polymorphic",
+                            "car.Car.Puppy: that it is polymorphic"}));
+  EXPECT_THAT(
+      lines_of(write_msg(trip.after.model, lower(trip.after.model)).not_carried),
+      IsSupersetOf({"car.Car.line.line: its unit: ft", "car.Car.Animal: a polymorphic structure",
+                    "car.Car.Dog: a polymorphic structure", "car.Car.Puppy: a polymorphic structure"}));
+}
+
 TEST(FidlOfOthers, IsReadBackOfEveryKey) {
   std::size_t trips = 0;
   for (const generate::Interface& one : generate::interfaces()) {

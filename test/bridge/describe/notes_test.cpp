@@ -11,7 +11,9 @@
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/write/arxml/write_arxml.hpp"
 #include "bridge/describe/write/fidl/write_fidl.hpp"
+#include "bridge/describe/write/msg/write_msg.hpp"
 #include "bridge/describe/write/sheet/write_sheet.hpp"
+#include "test/bridge/describe/lost.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -19,6 +21,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::IsSupersetOf;
 using ::testing::Pair;
 
 /// By "Type", "Type.member", "Type.ENUMERATOR" …: "description|unit" of those that have one.
@@ -246,6 +249,96 @@ TEST(NotesOfTypes, GiveFieldsTheirUnitInMsgFiles) {
   EXPECT_THAT(text, HasSubstr("# [km/h]\nuint8 a"));
   EXPECT_THAT(notes_of_files({{"/ws/car_msgs/msg/Part.msg", text}}),
               ElementsAre(Pair("Part.a", "|km/h"), Pair("Part.b", "|m/s"), Pair("Part.c", "|km/h")));
+}
+
+TEST(NotesOfTypes, StandInMsgFilesWhereverTheUnitIs) {
+  Model model;
+  const TypeIndex number = model.add({.kind = Kind::primitive});
+  const TypeIndex speed = model.add({.kind = Kind::alias,
+                                     .name = "Speed",
+                                     .scope = "car_msgs",
+                                     .element = {.type = number},
+                                     .notes = {.unit = "km/h"}});
+  const TypeIndex row =
+      model.add({.kind = Kind::array, .name = "Row", .element = {.type = number, .notes = {.unit = "bar"}}});
+  const TypeIndex point = model.add({.kind = Kind::structure,
+                                     .name = "Point",
+                                     .scope = "car_msgs",
+                                     .members = {{.name = "x", .type = number, .notes = {.unit = "mm"}}},
+                                     .notes = {.description = "See [1]", .unit = "m"}});
+  const TypeIndex place = model.add({.kind = Kind::alias,
+                                     .name = "Place",
+                                     .scope = "car_msgs",
+                                     .element = {.type = point},
+                                     .notes = {.unit = "ft"}});
+  const TypeIndex part =
+      model.add({.kind = Kind::structure,
+                 .name = "Part",
+                 .scope = "car_msgs",
+                 .members = {{.name = "speed", .type = speed},
+                             {.name = "row", .type = row, .wire = default_wire(Kind::array)},
+                             {.name = "whole", .type = point, .notes = {.unit = "cm"}},
+                             {.name = "there", .type = place}}});
+  model.constants.push_back({.name = "MOST", .type = speed, .value = "3", .scope = "car_msgs"});
+  model.services.push_back(
+      {.name = "Car",
+       .scope = "car_msgs",
+       .events = {{.name = "moved", .payload = {.values = {{.name = "part", .type = part}}}},
+                  {.name = "went",
+                   .payload = {.values = {{.name = "to", .type = point, .notes = {.unit = "km"}}}}},
+                  {.name = "came", .payload = {.values = {{.name = "from", .type = place}}}},
+                  {.name = "stood", .payload = {.values = {{.name = "at", .type = point}}}}},
+       .notes = {.unit = "h"}});
+  const Written written = write_msg(model, lower(model));
+  std::vector<SourceText> files;
+  for (const TextFile& file : written.files) {
+    if (file.path.ends_with(".msg")) {
+      files.push_back({"/ws/" + file.path, file.text});
+    }
+  }
+  EXPECT_EQ(notes_of_files(files), (Found{{"Part.speed", "|km/h"},
+                                          {"Part.row", "|bar"},
+                                          {"Part.whole", "|cm"},
+                                          {"Part.there", "|ft"},
+                                          {"Point", "See [1]|m"},
+                                          {"Point.x", "|mm"},
+                                          {"MOST", "|km/h"}}));
+  EXPECT_THAT(lines_of(written.not_carried),
+              ElementsAre("car_msgs.Car: its unit: h", "car_msgs.Car.went.to: its unit: km",
+                          "car_msgs.Car.came.from: its unit: ft"));
+}
+
+TEST(NotesOfTypes, AreToldWhereArxmlHasNoPlaceForTheUnit) {
+  Model model;
+  const TypeIndex number = model.add({.kind = Kind::primitive});
+  const TypeIndex gear = model.add(
+      {.kind = Kind::enumeration,
+       .name = "Gear",
+       .scope = "car",
+       .enumerators = {{.name = "PARK",
+                        .notes = {.description = "Stands", .unit = "rpm", .others = {{"@see", "Box"}}}}}});
+  const TypeIndex row = model.add({.kind = Kind::array,
+                                   .name = "Row",
+                                   .scope = "car",
+                                   .element = {.type = number, .notes = {.unit = "bar"}}});
+  const TypeIndex part =
+      model.add({.kind = Kind::structure,
+                 .name = "Part",
+                 .scope = "car",
+                 .members = {{.name = "gear", .type = gear, .notes = {.unit = "km/h"}},
+                             {.name = "row", .type = row, .wire = default_wire(Kind::array)}}});
+  model.services.push_back({.name = "Car",
+                            .scope = "car",
+                            .events = {{.name = "moved",
+                                        .id = someip::MethodId{0x8001},
+                                        .payload = {.values = {{.name = "moved", .type = part}}}}}});
+  const ArxmlFile written = write_arxml(model);
+  const Reading again = read_sources(std::vector<SourceText>{{"car.arxml", written.text}},
+                                     [](const std::string&) { return tl::unexpected{std::string{}}; });
+  EXPECT_EQ(notes_of(again.model), (Found{{"Gear.PARK", "Stands|"}, {"Part.gear", "|km/h"}}));
+  EXPECT_THAT(lines_of(written.not_carried),
+              IsSupersetOf({"car.Gear.PARK: its unit: rpm", "car.Gear.PARK: its annotation: @see",
+                            "car.Row: the unit of its elements: bar"}));
 }
 
 TEST(NotesOfIdlFiles, AreCommentsAndAnnotations) {

@@ -284,6 +284,9 @@ Value Types::member(const Node& element, const Frame& frame, const Node* impleme
     if (!beside.description.empty()) {
       value.notes.description = beside.description;
     }
+    if (!beside.unit.empty()) {
+      value.notes.unit = beside.unit;
+    }
   } else {
     const Notes beside = notes_of(element);
     value = build_implementation(element, inner);

@@ -353,6 +353,14 @@ std::string Writer::label(const Type& type) const {
   return error == error_names_.end() ? std::string{to_string(type.kind)} : error->second;
 }
 
+void Writer::lose_units_in(const Type& type, const std::string& called) {
+  for (const Value* const part : {&type.key, &type.element}) {
+    if (!part->notes.unit.empty()) {
+      lost(called, "the unit of its elements: " + part->notes.unit, type.place);
+    }
+  }
+}
+
 void Writer::write_enumeration(const Type& type, const std::string& package, const std::string& name) {
   const std::string methods = std::string{own} + "/CompuMethods";
   const std::string method = packages_.unique(methods, name);
@@ -369,6 +377,12 @@ void Writer::write_enumeration(const Type& type, const std::string& package, con
       compu.open("DESC");
       compu.leaf("L-2 L=\"EN\"", enumerator.notes.description);
       compu.close();
+    }
+    if (!enumerator.notes.unit.empty()) {
+      lost(label(type) + "." + enumerator.name, "its unit: " + enumerator.notes.unit, enumerator.place);
+    }
+    for (const auto& [key, text] : enumerator.notes.others) {
+      lost(label(type) + "." + enumerator.name, "its annotation: " + key, enumerator.place);
     }
     compu.leaf("LOWER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(enumerator.value));
     compu.leaf("UPPER-LIMIT INTERVAL-TYPE=\"CLOSED\"", std::to_string(enumerator.value));
@@ -469,6 +483,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       xml.open("TEMPLATE-ARGUMENTS");
       template_argument(element);
       xml.close();
+      lose_units_in(type, called);
       if (type.min_size > 0 && !(fixed && type.min_size == type.max_size)) {
         lost(called, "its least number of elements", type.place);
       }
@@ -485,6 +500,7 @@ void Writer::write_type(TypeIndex index, std::uint32_t size, const std::string& 
       template_argument(key);
       template_argument(value);
       xml.close();
+      lose_units_in(type, called);
       if (type.min_size > 0 && !(type.fixed_size && type.min_size == type.max_size)) {
         lost(called, "its least number of elements", type.place);
       }

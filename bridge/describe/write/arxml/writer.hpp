@@ -177,6 +177,7 @@ class Writer {
   void notes(Xml& xml, const Notes& notes, std::string_view category = {});
   /// What to call a type in a message.
   [[nodiscard]] std::string label(const Type& type) const;
+  void lose_units_in(const Type& type, const std::string& called);
   void lost(std::string element, std::string what, Place place = {}) {
     file_.not_carried.push_back({std::move(element), std::move(what), place});
   }

@@ -12,6 +12,7 @@
 
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/package_faults.hpp"
+#include "bridge/describe/units.hpp"
 #include "bridge/messages/types/field_service.hpp"
 
 namespace trestle::describe {
@@ -188,6 +189,7 @@ class LostNotes {
   void service(const Service& service, std::size_t index) {
     const std::string name = full_name(service.scope, service.name);
     add(name, service.notes, false, service.place);
+    unit_of(name, service.notes.unit, service.place);
     for (std::size_t at = 0; at < service.events.size(); ++at) {
       const Event& one = service.events[at];
       member(name + "." + one.name, one, one.payload, {Kinds::event, index, at});
@@ -216,8 +218,16 @@ class LostNotes {
                         lowered_.sources.find(lowered->type) == lowered_.sources.end() ||
                         lowered_.sources.find(lowered->type)->second == name;
     add(name, one.notes, is_own, one.place);
+    if (!is_own) {
+      unit_of(name, one.notes.unit, one.place);
+    }
     for (const Value& value : payload.values) {
       add(name + "." + value.name, value.notes, is_own, value.place);
+      // That of the structure itself is at the head of its message.
+      if (const std::string unit = measured_in(model_, value);
+          !is_own && unit != resolved(model_, value.type).notes.unit) {
+        unit_of(name + "." + value.name, unit, value.place);
+      }
       limits_of_use(name + "." + value.name, value);
     }
   }
@@ -243,6 +253,12 @@ class LostNotes {
     }
     if (type.invalid_value) {
       lost_.push_back({element, fmt::format("its invalid value: {}", *type.invalid_value), place});
+    }
+  }
+
+  void unit_of(const std::string& element, const std::string& unit, Place place) {
+    if (!unit.empty()) {
+      lost_.push_back({element, "its unit: " + unit, place});
     }
   }
 
