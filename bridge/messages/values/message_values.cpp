@@ -111,11 +111,13 @@ tl::expected<std::vector<std::byte>, ValueError> MessageValues::to_payload(
   if (!payload) {
     // The sample is valid, so the failure is something that these wire rules cannot express.
     const ConversionError error = in_words(payload.error());
-    const char* const why =
-        error.fault == ConversionFault::length_overflow ? "more bytes than the length field can say"
+    const std::string why =
+        error.fault == ConversionFault::length_overflow  ? "more bytes than the length field can say"
+        : error.fault == ConversionFault::bound_exceeded ? "a number that does not fit into its bits"
         : error.fault == ConversionFault::bad_union  ? "a union that does not have exactly one of its fields"
         : error.fault == ConversionFault::bad_string ? "a string with a zero inside, where zeros end strings"
-                                                     : to_string(error.fault);
+        : error.expected.empty()                     ? to_string(error.fault)
+                                                     : error.expected;
     return tl::unexpected{ValueError{place_of(text, error.field), error.field, why}};
   }
   return joined(*payload);

@@ -175,6 +175,14 @@ TEST(Parse, NamesTheFieldThatTheWireRulesCannotCarry) {
             "1:23: p[0].s[0]: a string with a zero inside, where zeros end strings");
 }
 
+TEST(Parse, SaysInWordsThatANumberDoesNotFitIntoItsBits) {
+  MessageRules rules;
+  rules.types["test_msgs/msg/Test"].fields["b"].bits = 4;
+  const auto values = values_with(tree_of("uint8 a\nuint8 b"), rules);
+  EXPECT_EQ(from_yaml(values, "{a: 1, b: 15}"), "010f");
+  EXPECT_EQ(from_yaml(values, "{a: 1, b: 16}"), "1:11: b: a number that does not fit into its bits");
+}
+
 TEST(Parse, RefusesWhatBecomesTooLarge) {
   const auto values = values_of(tree_of("float64[40000000] a"));
   EXPECT_EQ(from_yaml(values, "{}"), "a: the message becomes larger than 268435456 bytes");
