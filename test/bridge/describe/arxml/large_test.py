@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Reads ARXML files that large_arxml.py writes: everything in them is there, and memory grows with the file no faster than a
-file of 100 MB in 1 GB allows.
+"""Reads ARXML files that large_arxml.py writes, of up to so many megabytes: everything in them is there, and memory grows with
+the file no faster than a file of 100 MB in 1 GB allows.
 
-Usage: large_test.py ARXML_COUNTS [--any-memory]
+Usage: large_test.py ARXML_COUNTS MEGABYTES [--any-memory]
 """
 import os
 import pathlib
@@ -12,6 +12,7 @@ import tempfile
 import unittest
 
 PROGRAM = sys.argv[1]
+MEGABYTES = sys.argv[2]
 ANY_MEMORY = "--any-memory" in sys.argv
 WRITER = pathlib.Path(__file__).parent / "large_arxml.py"
 MOST_BYTES_FOR_EACH = 10  # 1 GB for 100 MB
@@ -37,13 +38,13 @@ def count(file, what):
 
 
 class Large(unittest.TestCase):
-    def check(self, options, expected):
-        """Reads files of two sizes; `expected` says of a file how many of each thing are in it."""
+    def check(self, megabytes, options, expected):
+        """Reads a small file and one of this size; `expected` says of a file how many of each thing are in it."""
         with tempfile.TemporaryDirectory() as folder:
             sizes, memory = [], []
-            for megabytes in ("0.1", "6"):
-                file = pathlib.Path(folder) / f"{megabytes}.arxml"
-                subprocess.run([sys.executable, "-B", WRITER, megabytes, file, *options], check=True)
+            for size in ("0.1", megabytes):
+                file = pathlib.Path(folder) / f"{size}.arxml"
+                subprocess.run([sys.executable, "-B", WRITER, size, file, *options], check=True)
                 counts, used = read(file)
                 wanted = expected(file)
                 self.assertGreater(wanted["services"], 3)
@@ -60,13 +61,13 @@ class Large(unittest.TestCase):
             services = count(file, "<SERVICE-INTERFACE>")
             return {"services": services, "events": 8 * services, "methods": 4 * services, "fields": 0,
                     "types": 4 * services, "instances": services}
-        self.check([], expected)
+        self.check(MEGABYTES, [], expected)
 
     def test_the_same_of_a_system_description(self):
         def expected(file):
             services = count(file, "<PROVIDED-SERVICE-INSTANCE>")
             return {"services": services, "events": services, "methods": 0, "fields": 0, "instances": 2 * services}
-        self.check(["--classic"], expected)
+        self.check("6", ["--classic"], expected)
 
 
 if __name__ == "__main__":
