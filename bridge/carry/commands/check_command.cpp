@@ -49,7 +49,6 @@ void add_check_command(CLI::App& app, int& status) {
     const cli::Colours colours = cli::colours_for(STDOUT_FILENO);
     if (explain_descriptions(*files)) {
       status = cli::exit_usage;
-      std::erase_if(*files, is_description);
     }
     for (const std::string& file : *files) {
       const auto loaded = load_or_explain(file);

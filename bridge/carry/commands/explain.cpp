@@ -107,9 +107,10 @@ TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
   return {messages::check_type(use.type, places, rules), messages::check_lengths(use.type, places, rules)};
 }
 
-bool explain_descriptions(const std::vector<std::string>& files) {
-  std::vector<std::string> descriptions;
-  std::ranges::copy_if(files, std::back_inserter(descriptions), is_description);
+bool explain_descriptions(std::vector<std::string>& files) {
+  const auto others = std::stable_partition(files.begin(), files.end(), is_description);
+  const std::vector<std::string> descriptions{files.begin(), others};
+  files.erase(files.begin(), others);
   if (descriptions.empty()) {
     return false;
   }
@@ -125,7 +126,7 @@ bool explain_descriptions(const std::vector<std::string>& files) {
 }
 
 std::optional<Loaded> load_or_explain(const std::string& file) {
-  if (explain_descriptions({file})) {
+  if (std::vector files{file}; explain_descriptions(files)) {
     return std::nullopt;
   }
   auto loaded = load_config(file, verdict_on);

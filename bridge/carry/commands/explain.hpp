@@ -16,9 +16,9 @@ namespace trestle::carry {
 
 /// Tells who gives interface descriptions in place of a configuration so, and prints the configuration for
 /// all of them together on standard output.
-/// @param files  those that are no descriptions are left out.
-/// @return whether there is any.
-bool explain_descriptions(const std::vector<std::string>& files);
+/// @param files  what is left is no description.
+/// @return whether there was any.
+bool explain_descriptions(std::vector<std::string>& files);
 
 /// What is to be said of a type that a configuration names, for load_config().
 [[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,

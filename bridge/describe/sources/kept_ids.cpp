@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -65,6 +66,40 @@ std::string join_service(const std::string& name, const LockedIds& more, IdLock&
   return fault.empty() ? join_members(more.events, ids.events) : fault;
 }
 
+/// What lies in a folder; nothing if it cannot be read.
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> all;
+  std::error_code error;
+  for (fs::directory_iterator at{folder.empty() ? fs::path{"."} : folder, error};
+       !error && at != fs::directory_iterator{}; at.increment(error)) {
+    all.push_back(at->path().filename());
+  }
+  return all;
+}
+
+/// @param beside  the names of what lies in its folder
+std::vector<std::string> with_those_of(const std::string& file, const std::vector<fs::path>& beside) {
+  std::vector<std::string> all{file};
+  const fs::path path{file};
+  const bool is_fidl = path.extension() == ".fidl";
+  for (const fs::path& other : beside) {
+    const fs::path& fidl = is_fidl ? path : other;
+    const fs::path& fdepl = is_fidl ? other : path;
+    const std::string name = fidl.stem().string();
+    const std::string deployment = fdepl.stem().string();
+    // Not DoorLock.fdepl of Door.fidl.
+    if (fidl.extension() == ".fidl" && fdepl.extension() == ".fdepl" && deployment.starts_with(name) &&
+        (deployment == name ||
+         std::string_view{"-_."}.find(deployment[name.size()]) != std::string_view::npos)) {
+      all.push_back((path.parent_path() / other).string());
+    }
+  }
+  std::ranges::sort(all, [](const std::string& one, const std::string& next) {
+    return std::pair{!one.ends_with(".fidl"), one} < std::pair{!next.ends_with(".fidl"), next};
+  });
+  return all;
+}
+
 /// FDEPL files beside the FIDL files that were given, which were not.
 std::vector<std::string> forgotten(const std::vector<std::string>& paths) {
   std::vector<std::string> all;
@@ -75,13 +110,19 @@ std::vector<std::string> forgotten(const std::vector<std::string>& paths) {
              fs::equivalent(one, fs::path{file}.parent_path() / ".", error);
     });
   };
+  std::map<fs::path, std::vector<fs::path>> folders;
   for (const std::string& path : paths) {
     if (!path.ends_with(".fidl")) {
       continue;
     }
-    std::ranges::copy_if(with_those_beside(path), std::back_inserter(all), [&](const std::string& file) {
-      return !was_given(file) && std::ranges::find(all, file) == all.end();
-    });
+    const auto [folder, is_new] = folders.try_emplace(fs::path{path}.parent_path());
+    if (is_new) {
+      folder->second = files_in(folder->first);
+    }
+    std::ranges::copy_if(with_those_of(path, folder->second), std::back_inserter(all),
+                         [&](const std::string& file) {
+                           return !was_given(file) && std::ranges::find(all, file) == all.end();
+                         });
   }
   return all;
 }
@@ -194,32 +235,9 @@ LoadedSystem load_system(std::span<const SourceText> sources, const std::vector<
 }
 
 std::vector<std::string> with_those_beside(const std::string& file) {
-  std::vector<std::string> all{file};
   const fs::path path{file};
-  const bool is_fidl = path.extension() == ".fidl";
-  if (!is_fidl && path.extension() != ".fdepl") {
-    return all;
-  }
-  std::error_code error;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path{"."};
-  for (fs::directory_iterator at{folder, error}; !error && at != fs::directory_iterator{};
-       at.increment(error)) {
-    const fs::path& other = at->path();
-    const fs::path& fidl = is_fidl ? path : other;
-    const fs::path& fdepl = is_fidl ? other : path;
-    const std::string name = fidl.stem().string();
-    const std::string deployment = fdepl.stem().string();
-    // Not DoorLock.fdepl of Door.fidl.
-    if (fidl.extension() == ".fidl" && fdepl.extension() == ".fdepl" && deployment.starts_with(name) &&
-        (deployment == name ||
-         std::string_view{"-_."}.find(deployment[name.size()]) != std::string_view::npos)) {
-      all.push_back((path.parent_path() / other.filename()).string());
-    }
-  }
-  std::ranges::sort(all, [](const std::string& one, const std::string& next) {
-    return std::pair{!one.ends_with(".fidl"), one} < std::pair{!next.ends_with(".fidl"), next};
-  });
-  return all;
+  const bool has_others = path.extension() == ".fidl" || path.extension() == ".fdepl";
+  return with_those_of(file, has_others ? files_in(path.parent_path()) : std::vector<fs::path>{});
 }
 
 }  // namespace trestle::describe
