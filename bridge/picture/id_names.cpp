@@ -50,6 +50,7 @@ void IdNames::name(RoutePicture& route) const {
   }
   const Service& service = found->second;
   route.service_name = service.name;
+  route.service_id_is_chosen = service.id_is_chosen;
   name_by(service.members, route.member, route.member_name);
   name_by(service.eventgroups, route.eventgroup, route.eventgroup_name);
 }

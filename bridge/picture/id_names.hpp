@@ -16,6 +16,7 @@ class IdNames {
     std::string name;                                  ///< as its description writes it
     std::map<std::uint16_t, std::string> members;      ///< methods, events and parts of fields: "opening.get"
     std::map<std::uint16_t, std::string> eventgroups;  ///< or what is in them, "moved, level"
+    bool id_is_chosen = false;                         ///< the description does not give it
   };
 
   /// Of several with the same id and major version the first one is kept.

@@ -169,8 +169,9 @@ struct RoutePicture {
   std::uint16_t eventgroup = 0;
   // In the interface descriptions of the configuration; empty: they do not have it.
   std::string service_name;
-  std::string member_name;      ///< "moved"; of a part of a field "opening.get"
-  std::string eventgroup_name;  ///< where it has no name: what is in it, "moved, level"
+  std::string member_name;            ///< "moved"; of a part of a field "opening.get"
+  std::string eventgroup_name;        ///< where it has no name: what is in it, "moved, level"
+  bool service_id_is_chosen = false;  ///< they do not give it: Trestle chose it
   std::uint32_t major = 0;
   std::uint32_t minor = 0;  ///< 0xffffffff: any
   std::string transport;    ///< "udp", "tcp" or empty: as offered

@@ -84,8 +84,8 @@ std::string ids_text(const RoutePicture& route) {
                                                        : documents::printable(route.member_name);
   return route.service_name.empty()
              ? fmt::format("0x{:04x}.0x{:04x}.{}", route.service, route.instance, member)
-             : fmt::format("{}.0x{:04x}.{}", documents::printable(route.service_name), route.instance,
-                           member);
+             : fmt::format("{}.0x{:04x}.{}{}", documents::printable(route.service_name), route.instance,
+                           member, route.service_id_is_chosen ? " chosen" : "");
 }
 
 constexpr std::size_t columns = 9;
@@ -160,6 +160,11 @@ std::string status_text(const Picture& picture, const cli::Colours& colours) {
   out += fmt::format("\n  {}DDS{}     domain {}: {}\n\n", colours.dim, colours.off, picture.dds.domain,
                      counted(picture.dds.heard, "other participant"));
   append_route_table(out, picture, colours);
+  if (std::ranges::any_of(picture.routes, &RoutePicture::service_id_is_chosen)) {
+    out +=
+        fmt::format("  {}chosen: Trestle chose the id of this service, because no description gives it{}\n",
+                    colours.dim, colours.off);
+  }
   for (const LimitPicture& one : picture.limits) {
     if (one.limit > 0 && one.used * 5 >= one.limit * 4) {
       out += fmt::format("  {}{} is nearly full{}: {} of {}\n", colours.yellow, one.name, colours.off,

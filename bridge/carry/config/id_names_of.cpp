@@ -14,7 +14,8 @@ namespace {
 using someip::value;
 
 IdNames::Service names_of(const describe::Service& service, std::string name) {
-  IdNames::Service names{.name = std::move(name), .members = {}, .eventgroups = {}};
+  IdNames::Service names{
+      .name = std::move(name), .members = {}, .eventgroups = {}, .id_is_chosen = service.id_is_chosen};
   const auto add_groups = [&](const std::vector<someip::EventgroupId>& groups) {
     for (const someip::EventgroupId group : groups) {
       names.eventgroups.try_emplace(value(group), describe::title_of(&service, group).text);

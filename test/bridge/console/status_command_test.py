@@ -179,6 +179,17 @@ class StatusCommand(unittest.TestCase):
             self.assertEqual((getter["member_name"], getter["eventgroup_name"]), ("label.get", ""))
             log_until(bridge.log, words)
 
+    def test_tells_that_the_id_of_a_service_was_chosen(self):
+        with open(os.path.join(EXAMPLES, "door", "Door.fidl"), encoding="utf-8") as example:
+            fidl = example.read()
+        with open(os.path.join(self.folder.name, "Door.fidl"), "w", encoding="utf-8") as file:
+            file.write(fidl)
+        bridge = self.start(routes="interfaces: [Door.fidl]\ngenerate: all\n")
+        text = self.status(bridge).stdout
+        self.assertRegex(text, r"  /door/moved +.. +Door\.0x[0-9a-f]{4}\.moved chosen ")
+        self.assertIn("  chosen: Trestle chose the id of this service, because no description gives it\n", text)
+        self.assertTrue(self.route(bridge, "/door/moved")["service_id_is_chosen"])
+
     @staticmethod
     @contextlib.contextmanager
     def acknowledging(peer):

@@ -125,6 +125,7 @@ export class RoutePage {
     const offered = someip.offered ? `offered, ${whole(someip.subscribers)} subscribed` : "not offered";
     const subscribed = someip.subscribed ? "subscribed" : someip.wanted ? "not subscribed yet" : "";
     put(this.someip, [`${idsOf(route)}, version ${route.major}.${route.minor === 0xffffffff ? "any" : route.minor}`, route.transport.toUpperCase(),
+      route.service_id_is_chosen ? `the service's id ${hex(route.service)} was chosen by Trestle, as no description gives it` : "",
       route.eventgroup ? eventgroupOf(route) : "", toSomeip ? offered : subscribed,
       someip.other_events ? `${whole(someip.other_events)} events with other ids came (${someip.other_ids.map(hex).join(", ")})` : ""].filter(Boolean).join("; "));
     fill(this.slowest.body, route.slowest.map((one) => [new Date(one.at_ns / 1e6).toLocaleTimeString(), numeric(size(one.bytes)),

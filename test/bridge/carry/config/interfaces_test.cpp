@@ -431,8 +431,19 @@ TEST_F(InterfacesTest, TakeIdsThatAreKeptBesideThem) {
   EXPECT_THAT(loaded.warnings[1].text, HasSubstr("they were chosen"));  // those of its members
   ASSERT_THAT(loaded.config.routes, SizeIs(2));
   EXPECT_EQ(loaded.config.routes[0].service, someip::ServiceId{0x5555});
+  RoutePicture route;
+  route.service = 0x5555;
+  route.major = loaded.config.routes[0].major;
+  loaded.names.name(route);
+  EXPECT_TRUE(route.service_id_is_chosen);
   // Where all are given, nothing is to be said.
-  EXPECT_THAT(good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n").warnings, IsEmpty());
+  const Loaded given = good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n");
+  EXPECT_THAT(given.warnings, IsEmpty());
+  route.service = 0x1234;
+  route.service_id_is_chosen = false;
+  given.names.name(route);
+  EXPECT_EQ(route.service_name, "Door");
+  EXPECT_FALSE(route.service_id_is_chosen);
   // What is wrong with it has its place.
   write("ids.lock", "services:\n  - {name: car.Door, id: 0x5555}\n  - {name: car.Lamp, id: 0x5555}\n");
   EXPECT_THAT(errors("interfaces: [Door.fidl]\ngenerate: all\n"),
