@@ -350,6 +350,20 @@ TEST(ReadVsomeip, TellsOfInstancesThatAreDescribedTwice) {
                                                 "what it adds is taken, but vsomeip takes the first alone")));
 }
 
+TEST(ReadVsomeip, TellsThatAThresholdHasNoMulticast) {
+  const Reading reading = read_one(R"({"services": [{"service": 1, "instance": 1, "eventgroups": [
+{"eventgroup": 1, "threshold": 4},
+{"eventgroup": 2, "threshold": "0"},
+{"eventgroup": 3, "multicast": "239.0.0.1", "threshold": 4},
+{"eventgroup": 4, "threshold": "0x2"}]}]})");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(told(reading),
+              ElementsAre("config/car.json:2:32: warning: the threshold 4 of eventgroup 0x0001 is left out: "
+                          "without \"multicast\", all of its subscribers get events by unicast",
+                          "config/car.json:5:32: warning: the threshold 2 of eventgroup 0x0004 is left out: "
+                          "without \"multicast\", all of its subscribers get events by unicast"));
+}
+
 /// As one host has them, whose applications have a file each.
 TEST(ReadVsomeip, JoinsWhatTwoFilesSayOfOneInstance) {
   const std::vector<SourceText> sources{

@@ -1,9 +1,10 @@
 #include "bridge/describe/read/arxml/adaptive.hpp"
 
 #include <algorithm>
-#include <set>
+#include <map>
 #include <utility>
 
+#include "bridge/describe/join.hpp"
 #include "bridge/describe/read/arxml/values.hpp"
 
 namespace trestle::describe::arxml {
@@ -128,16 +129,22 @@ void Adaptive::read_interface(const Node& interface, Parts& parts) {
     service.minor = *minor;
   }
   // Every target tells members by their names.
-  const auto is_new = [&](std::set<std::string_view>& names, const Node& node) {
-    const bool is = node.name.empty() || names.insert(node.name).second;
+  using Names = std::map<std::string_view, const Node*>;
+  const auto is_new = [&](Names& names, const Node& node) {
+    if (node.name.empty()) {
+      return true;
+    }
+    const auto [first, is] = names.emplace(node.name, &node);
     if (!is) {
-      problems_.warning(node.place(), Tree::path(&node) + " is there twice: the second one is left out");
+      problems_.warning(node.place(), Tree::path(&node) +
+                                          " is there twice: this one is left out, the one at " +
+                                          to_string(model_, first->second->place()) + " is taken");
     }
     return is;
   };
-  std::set<std::string_view> event_names;
-  std::set<std::string_view> method_names;
-  std::set<std::string_view> field_names;
+  Names event_names;
+  Names method_names;
+  Names field_names;
   // Pointers to elements are taken only when there are no more to come.
   std::vector<const Node*> events;
   each_in(&interface, "EVENTS"_tag, "VARIABLE-DATA-PROTOTYPE"_tag, [&](const Node& node) {

@@ -384,6 +384,13 @@ void VsomeipReader::group(const JsonNode& node, someip::EventgroupId id,
   Multicast group{.eventgroup = id};
   multicast(node, shared, group);
   if (group.group.address.is_unspecified()) {
+    if (group.threshold > 0 && node.find("multicast") == nullptr) {
+      warning(
+          *node.find("threshold"),
+          fmt::format("the threshold {} of eventgroup 0x{:04x} is left out: without \"multicast\", all of "
+                      "its subscribers get events by unicast",
+                      group.threshold, someip::value(id)));
+    }
     return;
   }
   group.has_usual_port = group.group.port == 0;
