@@ -91,7 +91,7 @@ void InterfaceOptions::load() {
   if (!loaded.system.good) {
     throw CLI::ValidationError("--interfaces", "the descriptions are not good");
   }
-  for (const std::string& line : {loaded.open_ids.kept, loaded.open_ids.chosen}) {
+  for (const std::string& line : {loaded.open_ids.moved, loaded.open_ids.kept, loaded.open_ids.chosen}) {
     if (!line.empty()) {
       fmt::print(stderr, "note: {}\n", line);
     }

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <utility>
 
+#include "bridge/describe/id_faults.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
@@ -489,7 +491,7 @@ class Allocation {
 };
 
 documents::Format<std::uint64_t> id_format() {
-  return documents::id_number(1, 0xffff);
+  return documents::id_number(0, 0xffff);
 }
 
 /// Where an id of a lock file stands, and what has it.
@@ -525,6 +527,17 @@ void read_ids(const YAML::Node& node, const char* name, documents::Problems& pro
                                        documents::quote(key), documents::quote(other->second.name),
                                        other->second.mark.line, what_to_do));
     }
+  }
+}
+
+void tell_reserved(const std::string& service, const LockedPlaces& places, documents::Problems& problems) {
+  for (const auto& [of, are_events] :
+       {std::pair{&LockedPlaces::methods, false}, std::pair{&LockedPlaces::events, true}}) {
+    std::vector<IdUse> uses;
+    for (const auto& [id, place] : places.*of) {
+      uses.push_back({place.name, someip::MethodId{id}, {0, place.mark}});
+    }
+    tell_reserved_members(service, uses, are_events, problems);
   }
 }
 
@@ -571,8 +584,8 @@ void check_inherited(const IdLock& lock, const std::map<std::string, LockedPlace
 
 }  // namespace
 
-tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::string& file,
-                                                                   const std::string& text) {
+std::optional<IdLock> read_id_lock(const std::string& file, const std::string& text,
+                                   std::vector<documents::Problem>& told) {
   IdLock lock;
   documents::Problems problems{file};
   std::map<std::uint16_t, LockedPlace> services;
@@ -588,6 +601,7 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
       if (std::uint64_t id = 0; section.read("id", id_format(), id)) {
         ids.service = static_cast<std::uint16_t>(id);
         const documents::Mark mark = section.value_mark("id");
+        tell_reserved_service(name, someip::ServiceId{*ids.service}, {0, mark}, problems);
         if (const auto [other, is_new] = services.try_emplace(*ids.service, LockedPlace{name, mark});
             !is_new && other->second.name != name) {
           problems.error(mark, fmt::format("id: 0x{:04x} of {} is that of {} in line {}, too: {}", id, name,
@@ -597,6 +611,7 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
       section.read("extends", documents::any_text("the full name of a service"), ids.base);
       read_ids(section.child("methods"), "methods", problems, ids.methods, at.methods);
       read_ids(section.child("events"), "events", problems, ids.events, at.events);
+      tell_reserved(name, at, problems);
       section.finish();
       if (!lock.services.emplace(name, std::move(ids)).second) {
         problems.error(section.mark(),
@@ -607,10 +622,9 @@ tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::st
     top.finish();
     check_inherited(lock, places, problems);
   }
-  if (problems.has_errors()) {
-    return tl::unexpected{problems.take()};
-  }
-  return lock;
+  const bool is_good = !problems.has_errors();
+  std::ranges::move(problems.take(), std::back_inserter(told));
+  return is_good ? std::optional{std::move(lock)} : std::nullopt;
 }
 
 std::string to_text(const IdLock& lock) {

@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "bridge/describe/model.hpp"
@@ -29,10 +28,11 @@ struct IdLock {
 };
 
 /// Reads the text of a lock file.
-/// @return the ids; or what is wrong, with line and column: two elements with one id, too, as a merge of two
-///         branches can make them
-[[nodiscard]] tl::expected<IdLock, std::vector<documents::Problem>> read_id_lock(const std::string& file,
-                                                                                 const std::string& text);
+/// @param problems  gets what is wrong, with line and column: two elements with one id, as a merge of two
+///                  branches can make them, and ids that are reserved, too.
+/// @return nothing, where that is an error
+[[nodiscard]] std::optional<IdLock> read_id_lock(const std::string& file, const std::string& text,
+                                                 std::vector<documents::Problem>& problems);
 /// The text of a lock file: YAML, sorted.
 [[nodiscard]] std::string to_text(const IdLock& lock);
 

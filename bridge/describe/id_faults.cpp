@@ -13,7 +13,7 @@ IdFaults::Uses IdFaults::called(const Service& service) {
   Uses uses;
   const auto add = [&](const std::optional<someip::MethodId>& id, std::string member, const Place& place) {
     if (id) {
-      uses.push_back({std::move(member), *id, &place});
+      uses.push_back({std::move(member), *id, place});
     }
   };
   for (const Method& method : service.methods) {
@@ -34,13 +34,13 @@ IdFaults::Uses IdFaults::sent(const Service& service) {
   Uses uses;
   for (const Event& event : service.events) {
     if (event.id) {
-      uses.push_back({event.name, *event.id, &place_of_id(event.id_place, event.place)});
+      uses.push_back({event.name, *event.id, place_of_id(event.id_place, event.place)});
     }
   }
   for (const Field& field : service.fields) {
     if (field.has_notifier && field.notifier) {
       uses.push_back(
-          {field.name + " (notifier)", *field.notifier, &place_of_id(field.notifier_place, field.place)});
+          {field.name + " (notifier)", *field.notifier, place_of_id(field.notifier_place, field.place)});
     }
   }
   return uses;
@@ -52,34 +52,21 @@ void IdFaults::tell_same(const Service& service) {
 }
 
 void IdFaults::tell_same(const Service& service, const Uses& uses) {
-  std::map<someip::MethodId, const Use*> first;
-  for (const Use& use : uses) {
+  std::map<someip::MethodId, const IdUse*> first;
+  for (const IdUse& use : uses) {
     const auto [other, is_new] = first.try_emplace(use.id, &use);
-    if (!is_new && (use.place->mark.line == 0 ||
-                    told_.insert({spot_of(*use.place), spot_of(*other->second->place)}).second)) {
-      problems_.error(*use.place,
-                      fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name, use.member,
-                                  someip::value(use.id), service.name, other->second->member,
-                                  to_string(model_, *other->second->place)));
+    if (!is_new && (use.place.mark.line == 0 ||
+                    told_.insert({spot_of(use.place), spot_of(other->second->place)}).second)) {
+      problems_.error(use.place, fmt::format("{}.{} has the id 0x{:04x} of {}.{}, at {}", service.name,
+                                             use.member, someip::value(use.id), service.name,
+                                             other->second->member, to_string(model_, other->second->place)));
     }
   }
 }
 
 void IdFaults::tell_reserved(const Service& service) {
   if (service.id) {
-    const Place& place = place_of_id(service.id_place, service.place);
-    if (!someip::names_a_service(*service.id)) {
-      problems_.error(place, fmt::format("service {} has the id 0x{:04x}, which is {}: give it another one",
-                                         service.name, someip::value(*service.id),
-                                         *service.id == someip::ServiceId{0}
-                                             ? "reserved"
-                                             : "that of service discovery and magic cookies"));
-    } else if (*service.id == someip::ServiceId{0xfffe}) {
-      problems_.warning(place,
-                        fmt::format("service {} has the id 0xfffe, by which service discovery announces "
-                                    "services of other protocols",
-                                    service.name));
-    }
+    tell_reserved_service(service.name, *service.id, place_of_id(service.id_place, service.place), problems_);
   }
   for (const Eventgroup& group : service.eventgroups) {
     if (!someip::names_an_eventgroup(group.id)) {
@@ -90,31 +77,49 @@ void IdFaults::tell_reserved(const Service& service) {
                       group.id == someip::EventgroupId{0} ? "reserved" : "that of all eventgroups"));
     }
   }
-  tell_reserved(service, called(service), false);
-  tell_reserved(service, sent(service), true);
+  tell_reserved_members(service.name, called(service), false, problems_);
+  tell_reserved_members(service.name, sent(service), true, problems_);
 }
 
-void IdFaults::tell_reserved(const Service& service, const Uses& uses, bool are_events) {
-  const Use* misplaced = nullptr;
+void tell_reserved_service(std::string_view service, someip::ServiceId id, const Place& place,
+                           documents::Problems& problems) {
+  if (!someip::names_a_service(id)) {
+    problems.error(
+        place,
+        fmt::format("service {} has the id 0x{:04x}, which is {}: give it another one", service,
+                    someip::value(id),
+                    id == someip::ServiceId{0} ? "reserved" : "that of service discovery and magic cookies"));
+  } else if (id == someip::ServiceId{0xfffe}) {
+    problems.warning(
+        place,
+        fmt::format(
+            "service {} has the id 0xfffe, by which service discovery announces services of other protocols",
+            service));
+  }
+}
+
+void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, bool are_events,
+                           documents::Problems& problems) {
+  const IdUse* misplaced = nullptr;
   std::size_t others = 0;
-  for (const Use& use : uses) {
+  for (const IdUse& use : uses) {
     const std::uint16_t id = someip::value(use.id);
     if ((id & 0x7fffU) == 0 || (id & 0x7fffU) == 0x7fff) {
-      problems_.warning(
-          *use.place, fmt::format("{}.{} has the id 0x{:04x}, which is reserved: other stacks may refuse it",
-                                  service.name, use.member, id));
+      problems.warning(use.place,
+                       fmt::format("{}.{} has the id 0x{:04x}, which is reserved: other stacks may refuse it",
+                                   service, use.member, id));
     } else if ((id >= 0x8000) != are_events) {
       others += misplaced == nullptr ? 0 : 1;
       misplaced = misplaced == nullptr ? &use : misplaced;
     }
   }
   if (misplaced != nullptr) {  // said once: whoever does so does it everywhere
-    problems_.warning(*misplaced->place,
-                      fmt::format("{}.{} has the id 0x{:04x}{}: {}", service.name, misplaced->member,
-                                  someip::value(misplaced->id),
-                                  others == 0 ? "" : fmt::format(", and {} more like it", others),
-                                  are_events ? "events have bit 15, from 0x8001 on"
-                                             : "methods have no bit 15, from 0x0001 to 0x7ffe"));
+    problems.warning(misplaced->place,
+                     fmt::format("{}.{} has the id 0x{:04x}{}: {}", service, misplaced->member,
+                                 someip::value(misplaced->id),
+                                 others == 0 ? "" : fmt::format(", and {} more like it", others),
+                                 are_events ? "events have bit 15, from 0x8001 on"
+                                            : "methods have no bit 15, from 0x0001 to 0x7ffe"));
   }
 }
 

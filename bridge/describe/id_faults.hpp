@@ -1,6 +1,7 @@
 #pragma once
 #include <set>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -11,6 +12,23 @@
 /// What is wrong with the ids of a description, told where they stand.
 namespace trestle::describe {
 
+/// A member that has an id, and where that stands.
+struct IdUse {
+  std::string member;
+  someip::MethodId id{};
+  Place place{};
+};
+
+/// Ids that the specification keeps for itself: an error where nothing could be carried under them, else a
+/// warning, as real files have them.  [feat_req_someipids_505] [feat_req_someipids_555]
+/// [feat_req_someipids_636]
+void tell_reserved_service(std::string_view service, someip::ServiceId id, const Place& place,
+                           documents::Problems& problems);
+/// The same of members of a service.
+/// @param are_events  or notifiers; else methods, getters and setters.
+void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, bool are_events,
+                           documents::Problems& problems);
+
 class IdFaults {
  public:
   IdFaults(const Model& model, documents::Problems& problems) : model_{model}, problems_{problems} {}
@@ -19,22 +37,14 @@ class IdFaults {
   /// apart by the message type: a method and an event may share an id, as those of CommonAPI's own tests do.
   /// Where an id stands once for a service and another one that extends it, it is told once.
   void tell_same(const Service& service);
-  /// Ids that the specification keeps for itself: an error where nothing could be carried under them, else a
-  /// warning, as real files have them.  [feat_req_someipids_505] [feat_req_someipids_555]
-  /// [feat_req_someipids_636]
+  /// Ids of the service, its eventgroups and its members that the specification keeps for itself.
   void tell_reserved(const Service& service);
 
  private:
-  struct Use {
-    std::string member;
-    someip::MethodId id{};
-    const Place* place = nullptr;
-  };
-  using Uses = std::vector<Use>;
+  using Uses = std::vector<IdUse>;
   static Uses called(const Service& service);
   static Uses sent(const Service& service);
   void tell_same(const Service& service, const Uses& uses);
-  void tell_reserved(const Service& service, const Uses& uses, bool are_events);
 
   const Model& model_;
   documents::Problems& problems_;

@@ -127,6 +127,27 @@ std::vector<std::string> forgotten(const std::vector<std::string>& paths) {
   return all;
 }
 
+/// What has got another id than the one that was kept for it; empty: nothing.
+std::string moved_id(const std::string& service, const LockedIds& before, const LockedIds& now,
+                     const std::vector<std::string>& files) {
+  const auto text = [&](const std::string& name, std::uint16_t was, std::uint16_t is) {
+    return fmt::format("{} has had the id {} in {}, which something else has now: {} is taken", name,
+                       hex(was), fmt::join(files, " or "), hex(is));
+  };
+  if (before.service && now.service && before.service != now.service) {
+    return text(service, *before.service, *now.service);
+  }
+  for (const auto ids : {&LockedIds::methods, &LockedIds::events}) {
+    for (const auto& [name, was] : before.*ids) {
+      const auto is = (now.*ids).find(name);
+      if (is != (now.*ids).end() && is->second != was) {
+        return text(service + "." + name, was, is->second);
+      }
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 void add_kept_ids(const std::string& file, KeptIds& into, std::vector<documents::Problem>& problems) {
@@ -135,9 +156,8 @@ void add_kept_ids(const std::string& file, KeptIds& into, std::vector<documents:
     problems.push_back({.file = file, .mark = {}, .text = text.error()});
     return;
   }
-  const auto lock = read_id_lock(file, *text);
+  const auto lock = read_id_lock(file, *text, problems);
   if (!lock) {
-    problems.insert(problems.end(), lock.error().begin(), lock.error().end());
     return;
   }
   if (into.files.empty()) {
@@ -176,6 +196,7 @@ KeptIds load_kept_ids(const std::vector<std::string>& paths, std::vector<documen
 
 OpenIds open_ids_of(const Model& model, const KeptIds& kept, const IdLock& now,
                     const std::vector<std::string>& paths) {
+  std::string moved;
   std::string of_kept;
   std::string of_chosen;
   const std::set<std::string, std::less<>> bases = only_bases(model);
@@ -187,6 +208,9 @@ OpenIds open_ids_of(const Model& model, const KeptIds& kept, const IdLock& now,
     }
     const auto before = kept.lock.services.find(name);
     const LockedIds old = before == kept.lock.services.end() ? LockedIds{} : before->second;
+    if (moved.empty()) {
+      moved = moved_id(name, old, at->second, kept.files);
+    }
     const auto is_used = [&](const IdsByName& ids) {
       return std::ranges::any_of(
           ids, [&](const auto& one) { return service.chosen_ids.contains(someip::MethodId{one.second}); });
@@ -203,7 +227,7 @@ OpenIds open_ids_of(const Model& model, const KeptIds& kept, const IdLock& now,
   const std::vector<std::string> beside =
       of_kept.empty() && of_chosen.empty() ? std::vector<std::string>{} : forgotten(paths);
   const std::string add = beside.empty() ? std::string{} : fmt::format("Add {}", fmt::join(beside, ", "));
-  OpenIds open{.forgotten = !beside.empty()};
+  OpenIds open{.moved = std::move(moved), .forgotten = !beside.empty()};
   if (!of_kept.empty()) {
     open.kept = fmt::format(
         "ids are missing, of {} and maybe others: those of {} are used, which Trestle has "

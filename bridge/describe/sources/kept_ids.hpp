@@ -30,6 +30,7 @@ void add_kept_ids(const std::string& file, KeptIds& into, std::vector<documents:
 
 /// What a user should know of ids that no description gives, each a line, or empty.
 struct OpenIds {
+  std::string moved{};     ///< one of ids.lock is not used: a description has given it to something else
   std::string kept{};      ///< those of ids.lock are used
   std::string chosen{};    ///< others were chosen just now
   bool forgotten = false;  ///< a FDEPL file lies beside a FIDL file and was not given; the lines name it

@@ -11,6 +11,15 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+/// Of a text that is good.
+IdLock lock_of(const std::string& text) {
+  std::vector<documents::Problem> problems;
+  const auto lock = read_id_lock("ids.lock", text, problems);
+  EXPECT_THAT(problems, IsEmpty());
+  return lock.value();
+}
 
 Service service(std::string name) {
   Service service{.name = std::move(name), .scope = "car"};
@@ -153,7 +162,7 @@ TEST(AllocateIds, GivesWhatIsNewInABaseAnIdThatIsFreeInItsHeirs) {
     service.methods.push_back({.name = "more"});
     service.events.push_back({.name = "mored"});
   };
-  IdLock together = read_id_lock("ids.lock", to_text(lock)).value();
+  IdLock together = lock_of(to_text(lock));
   Model grown = family();
   std::ranges::for_each(grown.services, grow);
   EXPECT_THAT(allocate_ids(grown, together), IsEmpty());
@@ -162,7 +171,7 @@ TEST(AllocateIds, GivesWhatIsNewInABaseAnIdThatIsFreeInItsHeirs) {
   EXPECT_EQ(ids(grown.services[0]), "1 2 7 6 8 32769 32773 32772 32774 3 4 32770 5 - 32771 ");
 
   // Also where the lock alone knows the heirs, and they come again later.
-  IdLock apart = read_id_lock("ids.lock", to_text(lock)).value();
+  IdLock apart = lock_of(to_text(lock));
   Model alone{.services = {grown.services[2]}};
   alone.services[0].methods.back().id.reset();
   alone.services[0].events.back().id.reset();
@@ -170,7 +179,7 @@ TEST(AllocateIds, GivesWhatIsNewInABaseAnIdThatIsFreeInItsHeirs) {
   EXPECT_EQ(ids(alone.services[0]), ids(grown.services[2]));
   Model later = family();
   std::ranges::for_each(later.services, grow);
-  apart = read_id_lock("ids.lock", to_text(apart)).value();
+  apart = lock_of(to_text(apart));
   EXPECT_THAT(allocate_ids(later, apart), IsEmpty());
   EXPECT_EQ(ids(later.services[0]), ids(grown.services[0]));
   EXPECT_EQ(to_text(apart), to_text(together));
@@ -314,7 +323,7 @@ TEST(AllocateIds, ChangesNothingTheSecondTime) {
   IdLock lock;
   EXPECT_THAT(allocate_ids(first, lock), IsEmpty());
   const std::string text = to_text(lock);
-  IdLock again = read_id_lock("lock", text).value();
+  IdLock again = lock_of(text);
   // Something new before what there was, and something gone.
   Model second{.services = {service("Window"), service("Door")}};
   second.services[1].methods = {{.name = "lock"}, {.name = "shut"}};
@@ -364,23 +373,56 @@ TEST(AllocateIds, NeverGivesOneIdTwiceAndSaysWhenNoneIsLeft) {
   EXPECT_EQ(problems[0].text, "no service id is left for 'S8'");
 }
 
-TEST(ReadIdLock, SaysWhereItIsWrong) {
-  const auto lock =
-      read_id_lock("ids.lock", "services:\n  - name: car.Door\n    id: 0x12345\n    methods: {open: x}\n");
-  ASSERT_FALSE(lock);
-  ASSERT_EQ(lock.error().size(), 2);
-  EXPECT_EQ(to_string(lock.error()[0]).substr(0, 24), "ids.lock:3:9: error: id:");
-  EXPECT_EQ(lock.error()[1].mark, (documents::Mark{4, 21}));
+std::vector<std::string> faults_of_lock(const std::string& text) {
+  std::vector<documents::Problem> problems;
+  const auto lock = read_id_lock("ids.lock", text, problems);
+  std::vector<std::string> all;
+  for (const documents::Problem& problem : problems) {
+    all.push_back(to_string(problem));
+  }
+  const auto is_error = [](const std::string& one) { return one.find(": error: ") != std::string::npos; };
+  EXPECT_EQ(lock.has_value(), std::ranges::none_of(all, is_error));
+  return all;
 }
 
-std::vector<std::string> faults_of_lock(const std::string& text) {
-  std::vector<std::string> all;
-  if (const auto lock = read_id_lock("ids.lock", text); !lock) {
-    for (const documents::Problem& problem : lock.error()) {
-      all.push_back(to_string(problem));
-    }
-  }
-  return all;
+TEST(ReadIdLock, SaysWhereItIsWrong) {
+  EXPECT_THAT(faults_of_lock("services:\n  - name: car.Door\n    id: 0x12345\n    methods: {open: x}\n"),
+              ElementsAre(StartsWith("ids.lock:3:9: error: id:"), StartsWith("ids.lock:4:21: error: open:")));
+}
+
+/// [feat_req_someipids_505] [feat_req_someipids_555] [feat_req_someipids_636]
+TEST(ReadIdLock, JudgesReservedIdsAsThoseOfDescriptions) {
+  EXPECT_THAT(
+      faults_of_lock("services:\n"
+                     "  - {name: A, id: 0x0000}\n"
+                     "  - {name: B, id: 0xffff}\n"
+                     "  - {name: C, id: 0xfffe}\n"
+                     "  - name: D\n"
+                     "    id: 0x4000\n"
+                     "    methods:\n"
+                     "      open: 0x0000\n"
+                     "      shut: 0x7fff\n"
+                     "      ring: 0x8001\n"
+                     "    events:\n"
+                     "      moved: 0x8000\n"
+                     "      bent: 0x0001\n"
+                     "      label/notifier: 0xffff\n"),
+      ElementsAre("ids.lock:2:19: error: service A has the id 0x0000, which is reserved: give it another one",
+                  "ids.lock:3:19: error: service B has the id 0xffff, which is that of service discovery and "
+                  "magic cookies: give it another one",
+                  "ids.lock:4:19: warning: service C has the id 0xfffe, by which service discovery announces "
+                  "services of other protocols",
+                  "ids.lock:8:13: warning: D.open has the id 0x0000, which is reserved: other stacks may "
+                  "refuse it",
+                  "ids.lock:9:13: warning: D.shut has the id 0x7fff, which is reserved: other stacks may "
+                  "refuse it",
+                  "ids.lock:10:13: warning: D.ring has the id 0x8001: methods have no bit 15, from 0x0001 to "
+                  "0x7ffe",
+                  "ids.lock:12:14: warning: D.moved has the id 0x8000, which is reserved: other stacks may "
+                  "refuse it",
+                  "ids.lock:13:13: warning: D.bent has the id 0x0001: events have bit 15, from 0x8001 on",
+                  "ids.lock:14:23: warning: D.label/notifier has the id 0xffff, which is reserved: other "
+                  "stacks may refuse it"));
 }
 
 /// As Git makes it of two branches that each have added something.

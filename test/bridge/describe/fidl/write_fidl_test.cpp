@@ -119,7 +119,8 @@ TEST(WriteFidl, WritesIdsOfABaseAndItsHeirThatAreReadAgain) {
     EXPECT_THAT(lost(written), Not(Contains(HasSubstr("other ids"))));
     const Reading again = read_back(written);
     EXPECT_TRUE(again.ok()) << all_problems(again) << all_text(written);
-    lock = read_id_lock("ids.lock", to_text(lock)).value();
+    std::vector<documents::Problem> told;
+    lock = read_id_lock("ids.lock", to_text(lock), told).value();
     return reading.model;
   };
   const auto id_of_lock = [](const Model& model) { return model.service("car.Front")->methods.back().id; };
