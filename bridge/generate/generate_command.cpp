@@ -5,10 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
+#include <optional>
 #include <set>
-#include <stdexcept>
 
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/options.hpp"
@@ -16,10 +15,11 @@
 #include "bridge/describe/join.hpp"
 #include "bridge/describe/lower.hpp"
 #include "bridge/describe/sources/sources.hpp"
-#include "bridge/documents/document.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/documents/problems.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/generate/generate_commands.hpp"
+#include "bridge/generate/output_folder.hpp"
 #include "bridge/generate/page_server.hpp"
 #include "bridge/generate/service_inputs.hpp"
 #include "bridge/generate/source_options.hpp"
@@ -65,101 +65,15 @@ std::vector<const Target*> chosen(const std::vector<std::string>& names) {
   return all;
 }
 
-/// A path in a folder, as the list of generated files has it.
-std::string normal(const std::string& path) {
-  return fs::path{path}.lexically_normal().generic_string();
-}
-
-bool has_text(const fs::path& path, const std::string& text) {
-  std::error_code ignored;
-  if (fs::file_size(path, ignored) != text.size()) {
-    return false;
+/// A path, seen from the folder that is written to, which may not be there yet.
+std::string seen_from_output(const GenerateArguments& arguments, const std::string& path) {
+  if (arguments.folder.empty()) {
+    return path;
   }
-  std::ifstream file{path, std::ios::binary};
-  return std::string{std::istreambuf_iterator<char>{file}, {}} == text;
-}
-
-/// Writes a file unless it has this text already, so that nothing that depends on it is made anew.
-/// @return whether it was written.
-/// @throws std::runtime_error when that fails.
-bool write_file(const fs::path& path, const std::string& text) {
-  if (has_text(path, text)) {
-    return false;
-  }
-  fs::create_directories(path.parent_path());
-  std::ofstream out{path, std::ios::binary};
-  if (!(out << text) || !out.flush()) {
-    throw std::runtime_error{fmt::format("{} cannot be written", path.string())};
-  }
-  return true;
-}
-
-/// @throws CLI::ValidationError when a source would be written over.
-void check_not_over_sources(const GenerateArguments& arguments, const std::vector<std::string>& read,
-                            const std::vector<std::string>& files) {
   std::error_code error;
-  std::set<fs::path> sources;
-  for (const std::string& one : arguments.sources.files()) {
-    sources.insert(fs::weakly_canonical(one, error));
-  }
-  for (const std::string& one : read) {  // what these import or name, too
-    sources.insert(fs::weakly_canonical(one, error));
-  }
-  for (const std::string& one : files) {
-    const fs::path path = fs::path{arguments.folder} / one;
-    if (sources.contains(fs::weakly_canonical(path, error))) {
-      throw CLI::ValidationError{
-          "-o",
-          fmt::format("{} is a source, and would be written over: expected another folder", path.string())};
-    }
-  }
-}
-
-/// What was written to a folder before and is there.
-std::vector<std::string> generated_before(const fs::path& folder) {
-  const fs::path list = folder / describe::generated_list_name;
-  std::error_code error;
-  if (!fs::exists(list, error)) {
-    return {};
-  }
-  std::vector<std::string> files =
-      describe::read_generated_list(documents::read_text_file(list.string()).value_or(std::string{}));
-  std::erase_if(files, [&](const std::string& one) { return !fs::exists(folder / one, error); });
-  return files;
-}
-
-/// @throws CLI::ValidationError when a file would be written over that is not known to be made by this
-/// command.
-void check_not_over_others(const fs::path& folder, const std::vector<std::string>& before,
-                           const std::vector<const describe::TextFile*>& files) {
-  std::vector<std::string> others;
-  for (const describe::TextFile* const file : files) {
-    const fs::path path = folder / file->path;
-    std::error_code error;
-    if (fs::exists(path, error) && std::ranges::find(before, normal(file->path)) == before.end() &&
-        !has_text(path, file->text)) {
-      others.push_back(path.string());
-    }
-  }
-  if (!others.empty()) {
-    throw CLI::ValidationError{
-        "-o",
-        fmt::format("{} {} not made by `trestle generate`, and would be replaced: expected another folder, "
-                    "or --force",
-                    fmt::join(others, ", "), others.size() == 1 ? "is" : "are")};
-  }
-}
-
-/// Notes in the folder what is written there: folders are read without it.
-/// @param files   paths from there.
-/// @param before  those of other targets.
-void keep_generated_list(const fs::path& folder, std::vector<std::string> files,
-                         const std::vector<std::string>& before) {
-  const fs::path list = folder / describe::generated_list_name;
-  files.insert(files.end(), before.begin(), before.end());
-  std::ranges::sort(files);
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  write_file(list, describe::generated_list(files));
+  const fs::path seen =
+      fs::relative(path, fs::weakly_canonical(fs::absolute(arguments.folder), error), error);
+  return error || seen.empty() ? fs::absolute(path).string() : seen.string();
 }
 
 /// Where a route file finds its types, seen from the folder that it is written to.
@@ -168,13 +82,7 @@ void set_origins_of_types(const GenerateArguments& arguments, bool with_types,
                           describe::RouteFileOptions& options) {
   const auto seen_all = [&](const std::vector<std::string>& paths, std::vector<std::string>& into) {
     for (const std::string& path : paths) {
-      std::error_code error;
-      // The folder may not be there yet.
-      const fs::path seen =
-          arguments.folder.empty()
-              ? fs::path{path}
-              : fs::relative(path, fs::weakly_canonical(fs::absolute(arguments.folder), error), error);
-      into.push_back(error || seen.empty() ? fs::absolute(path).string() : seen.string());
+      into.push_back(seen_from_output(arguments, path));
     }
   };
   if (with_types) {
@@ -183,6 +91,18 @@ void set_origins_of_types(const GenerateArguments& arguments, bool with_types,
   const describe::TypeOrigins origins = arguments.sources.origins_of_types(with_types);
   seen_all(origins.folders, options.type_paths);
   seen_all(origins.interfaces, options.interfaces);
+}
+
+/// describe::GeneratedFile::origin of what is made for a target.
+std::string origin_of(const Target& target, const GenerateArguments& arguments) {
+  std::set<std::string> sources;
+  for (const std::string& source : arguments.sources.sources) {
+    const SourceForm form = form_of(source);
+    const bool is_path =
+        form == SourceForm::file || form == SourceForm::capture || form == SourceForm::route_file;
+    sources.insert(is_path ? seen_from_output(arguments, source) : source);
+  }
+  return documents::printable(fmt::format("{} {}", target.name, fmt::join(sources, " ")));
 }
 
 TargetOptions target_options(const GenerateArguments& arguments) {
@@ -264,6 +184,9 @@ int run_generate(GenerateArguments& arguments) {
   if (arguments.sources.sources.empty() || arguments.to.empty()) {
     throw CLI::RequiredError{arguments.sources.sources.empty() ? "SOURCE" : "--to"};
   }
+  if (arguments.folder == "-") {  // as elsewhere: standard output
+    arguments.folder.clear();
+  }
   const std::vector<const Target*> wanted = chosen(arguments.to);
   TargetOptions options = target_options(arguments);
   arguments.inputs.writes_routes = std::ranges::find(arguments.to, "routes") != arguments.to.end();
@@ -295,41 +218,54 @@ int run_generate(GenerateArguments& arguments) {
     results.emplace_back(one, one->write(system, options));
   }
   if (arguments.folder.empty() && (results.size() > 1 || results.front().second.files.size() > 1)) {
-    throw CLI::ValidationError{"-o", "is needed: there is more than one file to write"};
+    throw CLI::ValidationError{"-o", "a folder is needed: there is more than one file to write"};
   }
-  std::vector<std::string> written;
-  std::vector<const describe::TextFile*> files;
-  for (const auto& [one, result] : results) {
-    for (const describe::TextFile& file : result.files) {
-      written.push_back(normal(file.path));
-      files.push_back(&file);
+  std::optional<OutputFolder> folder;
+  if (!arguments.folder.empty()) {
+    std::vector<std::string> sources = arguments.sources.files();
+    // What these import or name, too.
+    sources.insert(sources.end(), system.model.files.begin(), system.model.files.end());
+    folder.emplace(arguments.folder, sources);
+    std::vector<const describe::TextFile*> files;
+    for (const auto& [one, result] : results) {
+      for (const describe::TextFile& file : result.files) {
+        files.push_back(&file);
+      }
     }
+    folder->check(files, arguments.force);
   }
-  if (!arguments.folder.empty() && !written.empty()) {
-    check_not_over_sources(arguments, system.model.files, written);
-    const std::vector<std::string> ours = generated_before(arguments.folder);
-    if (!arguments.force) {
-      check_not_over_others(arguments.folder, ours, files);
-    }
-    keep_generated_list(arguments.folder, std::move(written), ours);
-  }
+  std::set<std::string> origins;
   for (const auto& [one, result] : results) {
+    const std::string origin = origin_of(*one, arguments);
+    if (!result.files.empty() || result.not_carried.empty()) {
+      origins.insert(origin);
+    }
     for (const describe::TextFile& file : result.files) {
-      if (arguments.folder.empty()) {
+      if (!folder) {
         fmt::print("{}", file.text);
         continue;
       }
-      const fs::path path = fs::path{arguments.folder} / file.path;
-      const bool is_new = write_file(path, file.text);
+      const bool is_new = folder->write(file, origin);
       if (!arguments.quiet) {
         fmt::print(stderr, "{}{}{} {}\n", is_new ? colour.green : colour.dim, is_new ? "wrote" : "unchanged",
-                   colour.off, path.string());
+                   colour.off, folder->path_of(file).string());
       }
     }
     for (const describe::NotCarried& lost : result.not_carried) {
       const std::string place = describe::to_string(system.model, lost.place);
       fmt::print(stderr, "{}{}{}not carried to {}:{} {}: {}\n", place, place.empty() ? "" : ": ",
                  colour.yellow, one->name, colour.off, lost.element, lost.what);
+    }
+  }
+  if (folder) {
+    for (const OutputFolder::Leftover& one : folder->finish(origins)) {
+      if (one.is_kept) {
+        fmt::print(stderr,
+                   "{}kept{} {}, which is no longer made: it was edited; remove it if nobody needs it\n",
+                   colour.yellow, colour.off, one.path.string());
+      } else if (!arguments.quiet) {
+        fmt::print(stderr, "{}removed{} {}\n", colour.dim, colour.off, one.path.string());
+      }
     }
   }
   if (std::ranges::any_of(results, [](const auto& one) { return !one.second.files.empty(); })) {
@@ -368,7 +304,7 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
                         ->type_name("TARGET");
   command
       ->add_option("-o,--output", arguments->folder,
-                   "Folder for the files; without it a single file goes to standard output")
+                   "Folder for the files; without it, or with -, a single file goes to standard output")
       ->type_name("DIR");
   command->add_option("--prefix", arguments->prefix, "Put before the names of topics and ROS services")
       ->type_name("NAME");
@@ -389,7 +325,7 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
       ->capture_default_str()
       ->needs(ui);
   command->add_flag("--force", arguments->force,
-                    "Also replace files in DIR that were not made by this command, but no sources");
+                    "Also replace files in DIR that were edited or not made by this command, but no sources");
   command->add_flag("-q,--quiet", arguments->quiet, "Do not list the files that were written");
   arguments->inputs.add_to(*command);
   command->get_option("--address")
@@ -400,7 +336,10 @@ void add_generate_command(CLI::App& app, int& status, const SourceReaders& reade
       "\n\nIds that the sources do not give are chosen, and kept in ids.lock for the next run: beside the "
       "sources\n"
       "where there is one, else in DIR.\n"
-      "DIR/generated.lock lists what was written: a folder that is a source is read without it.\n"
+      "DIR/generated.lock lists what was written: a folder that is a source is read without it. What was "
+      "made\n"
+      "of the same sources before and is made no longer, as after a new --name, is removed unless it was "
+      "edited.\n"
       "docs/describe.md is the guide. Examples:\n"
       "  trestle generate Door.fidl Door.fdepl --to routes,msg -o door\n"
       "  trestle generate car.arxml --to fidl,wireshark,sheet -o car\n"

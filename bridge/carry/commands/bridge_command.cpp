@@ -401,10 +401,14 @@ void add_bridge_command(CLI::App& app, int& status) {
       ->type_name("ADDRESS[:PORT]");
   command->add_flag("-q,--quiet", options->quiet, "Log only problems");
   command->callback([command, options, &status] {
-    if (const std::vector<std::string> more = command->remaining(); !more.empty()) {
+    const std::vector<std::string> more = command->remaining();
+    std::vector<std::string> files{options->file};
+    files.insert(files.end(), more.begin(), more.end());
+    if (save_configuration(files)) {
+      return;
+    }
+    if (!more.empty()) {
       // Who names interface descriptions, and so several files, is told what to do with them.
-      std::vector<std::string> files{options->file};
-      files.insert(files.end(), more.begin(), more.end());
       if (more.front().starts_with('-') || !explain_descriptions(files)) {
         throw CLI::ExtrasError{more};
       }

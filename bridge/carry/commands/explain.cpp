@@ -1,6 +1,7 @@
 #include "bridge/carry/commands/explain.hpp"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -122,6 +123,20 @@ bool explain_descriptions(std::vector<std::string>& files) {
                  .c_str(),
              stderr);
   std::fputs(configuration_for(descriptions).c_str(), stdout);
+  return true;
+}
+
+bool save_configuration(const std::vector<std::string>& files) {
+  struct stat output {};
+  if (fstat(STDOUT_FILENO, &output) != 0 || !S_ISREG(output.st_mode) ||
+      !std::ranges::all_of(files, is_description)) {
+    return false;
+  }
+  std::fputs(configuration_for(files).c_str(), stdout);
+  fmt::print(stderr,
+             "{} is an interface description: a configuration that names it was written to standard output, "
+             "and no bridge was run\n",
+             files.front());
   return true;
 }
 

@@ -20,6 +20,10 @@ namespace trestle::carry {
 /// @return whether there was any.
 bool explain_descriptions(std::vector<std::string>& files);
 
+/// Likewise, where nobody expects more: all files are interface descriptions, and standard output is a file.
+/// @return whether the configuration was printed.
+bool save_configuration(const std::vector<std::string>& files);
+
 /// What is to be said of a type that a configuration names, for load_config().
 [[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
                                      const messages::TypePlaces& places);

@@ -18,6 +18,7 @@
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 #include "bridge/describe/read/vsomeip/json_tree.hpp"
 #include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
+#include "bridge/describe/sources/generated_list.hpp"
 #include "bridge/describe/sources/ros_types.hpp"
 #include "bridge/documents/problems.hpp"
 #include "bridge/documents/quote_path.hpp"
@@ -71,9 +72,6 @@ SourceKind kind_of_json(std::string_view text) {
   return !names || is_vsomeip(text) ? SourceKind::vsomeip : SourceKind::unknown;
 }
 
-constexpr std::string_view generated_list_head =
-    "# What `trestle generate` wrote here. A folder that is a source is read without these files.\n";
-
 /// What is in a folder and below.
 struct Folder {
   std::vector<std::string> sources{};    ///< sorted
@@ -93,9 +91,9 @@ Folder look_into(const std::string& path) {
       continue;
     }
     if (at->path().filename() == generated_list_name) {
-      for (const std::string& one :
+      for (const GeneratedFile& one :
            read_generated_list(load_file(at->path().string(), most_bytes, "").value_or(std::string{}))) {
-        generated.insert((at->path().parent_path() / one).lexically_normal().string());
+        generated.insert((at->path().parent_path() / one.path).lexically_normal().string());
       }
     } else if (kind_of(at->path().string(), {}) != SourceKind::unknown) {
       names.push_back(at->path().string());
@@ -123,28 +121,6 @@ void add(Reading& to, Reading from) {
 }
 
 }  // namespace
-
-std::string generated_list(std::span<const std::string> files) {
-  std::string text{generated_list_head};
-  for (const std::string& file : files) {
-    text += file + "\n";
-  }
-  return text;
-}
-
-std::vector<std::string> read_generated_list(std::string_view text) {
-  std::vector<std::string> files;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const fs::path path{text.substr(0, end)};
-    text.remove_prefix(std::min(end + 1, text.size()));
-    const fs::path normal = path.lexically_normal();
-    if (!path.empty() && !path.is_absolute() && *normal.begin() != ".." && !path.string().starts_with('#')) {
-      files.push_back(normal.string());
-    }
-  }
-  return files;
-}
 
 SourceKind kind_of(std::string_view name, std::string_view text) {
   for (const auto& [ending, kind] : endings) {

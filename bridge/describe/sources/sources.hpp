@@ -1,6 +1,7 @@
 // bridge/describe/sources: descriptions of any kind, each read by the reader of its kind, as one model.
 //
 //   sources.hpp    loads files and folders, tells their kind by name and text, and merges what readers made
+//   generated_list.hpp  what `trestle generate` wrote to a folder
 //   kept_ids.hpp   reads ids.lock beside them: the ids that none of them gives
 //   ros_types.hpp  makes services of ROS types: .msg, .srv, .action and .idl files, and names of types
 //
@@ -49,15 +50,6 @@ struct SourceLimits {
   std::size_t file_bytes = std::size_t{256} << 20U;
   std::size_t all_bytes = std::size_t{512} << 20U;  ///< of all files together
 };
-
-/// In a folder that `trestle generate` has written to: the files that it wrote, one a line. So that what
-/// comes out of sources does not go in again, folders are read without these, unless they have nothing else.
-inline constexpr std::string_view generated_list_name = "generated.lock";
-/// The text of that file.
-/// @param files  paths from there, sorted.
-[[nodiscard]] std::string generated_list(std::span<const std::string> files);
-/// The paths in such a text, of which those that lead out of the folder are left out.
-[[nodiscard]] std::vector<std::string> read_generated_list(std::string_view text);
 
 /// Loads files; of folders all files in them, and below, whose names end like sources. Left out, with a
 /// warning, is what `trestle generate` wrote there, and JSON that is not vsomeip's.

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
@@ -10,6 +9,8 @@
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "bridge/documents/sha256.hpp"
 
 namespace trestle::messages {
 namespace {
@@ -112,15 +113,6 @@ tl::expected<void, TypeError> add_messages(TypeLibrary& library, const std::stri
   return {};
 }
 
-std::string sha256(std::string_view text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
-    return {};
-  }
-  return fmt::format("{:02x}", fmt::join(std::span{digest}.first(size), ""));
-}
-
 }  // namespace
 
 tl::expected<std::string, TypeError> hashed_description(TypeLibrary& library, std::string_view name) {
@@ -161,7 +153,7 @@ tl::expected<std::string, TypeError> type_hash(TypeLibrary& library, std::string
   if (!description) {
     return tl::unexpected{description.error()};
   }
-  const std::string digest = sha256(*description);
+  const std::string digest = documents::sha256(*description);
   if (digest.empty()) {
     return tl::unexpected{TypeError{{}, 0, 0, "SHA-256 cannot be computed: OpenSSL refuses it"}};
   }

@@ -8,12 +8,14 @@
 #include <map>
 
 #include "bridge/describe/model_json.hpp"
+#include "bridge/describe/sources/generated_list.hpp"
 #include "bridge/describe/sources/sources.hpp"
 
 namespace trestle::describe {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -184,6 +186,24 @@ TEST(ReadSources, ReadsRosFilesFromFoldersWithOthers) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(GeneratedList, HasTheChecksumsAndOriginsOfFiles) {
+  const std::string sum(64, 'a');
+  const std::string text = generated_list({{"p/B.msg", sum, "msg Door.fidl"},
+                                           {"a b.yaml", sum, "routes Door.fidl"},
+                                           {"p/A.msg", sum, "msg Door.fidl"},
+                                           {"old.msg"}});
+  EXPECT_THAT(
+      text,
+      EndsWith("generated.lock` tells which were changed since.\nold.msg\n# --to msg Door.fidl\n" + sum +
+               "  p/A.msg\n" + sum + "  p/B.msg\n# --to routes Door.fidl\n" + sum + "  a b.yaml\n"));
+  std::vector<std::string> read;
+  for (const GeneratedFile& file : read_generated_list(text)) {
+    read.push_back(file.origin + "|" + file.path + "|" + std::to_string(file.sha256.size()));
+  }
+  EXPECT_THAT(read, ElementsAre("|old.msg|0", "msg Door.fidl|p/A.msg|64", "msg Door.fidl|p/B.msg|64",
+                                "routes Door.fidl|a b.yaml|64"));
+}
+
 /// What comes out of sources does not go in again.
 TEST(LoadSources, LeavesOutWhatWasGenerated) {
   const std::filesystem::path folder =
@@ -194,8 +214,9 @@ TEST(LoadSources, LeavesOutWhatWasGenerated) {
   write("gen/Door.fidl", "package car\n");
   write("gen/p/msg/A.msg", "uint8 a\n");
   write("gen/Mine.fidl", "package mine\n");
-  write("gen/generated.lock",
-        generated_list(std::vector<std::string>{"Door.fidl", "p/msg/A.msg", "../Door.fidl"}));
+  write("gen/generated.lock", generated_list({{.path = "Door.fidl", .sha256 = std::string(64, 'a')},
+                                              {.path = "p/msg/A.msg", .origin = "msg Door.fidl"},
+                                              {.path = "../Door.fidl"}}));
   write("renamed.json", to_json_text(Model{}));
   write("package.json", R"({"name": "door", "scripts": {"services": "x"}})");
   write("list.json", "[]");

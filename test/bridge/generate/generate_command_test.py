@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -126,6 +127,17 @@ class Generate(unittest.TestCase):
             status, output, errors = run("check", folder / "bridge.yaml")
             self.assertEqual((status, errors), (0, ""))
             self.assertIn("/door/moved", output)
+        # Saved, it is what was wanted.
+        (folder / "bridge.yaml").unlink()
+        for files, wanted in ((["Door.fidl"], 0), (["Door.fidl", "Door-SomeIP.fdepl"], 0), (["Door.fidl", "bridge.yaml"], 2)):
+            with open(folder / "bridge.yaml", "w", encoding="utf-8") as saved:
+                done = subprocess.run([program, "bridge", *files], cwd=folder, stdout=saved, stderr=subprocess.PIPE, text=True, timeout=60)
+            self.assertEqual(done.returncode, wanted, done.stderr)
+            self.assertEqual((folder / "bridge.yaml").read_text(), configuration)
+            self.assertEqual("error" in done.stderr, wanted != 0)
+            self.assertIn("Door.fidl", done.stderr)
+        with open(folder / "bridge.yaml", "w", encoding="utf-8") as saved:  # nothing was checked
+            self.assertEqual(subprocess.run([program, "check", "Door.fidl"], cwd=folder, stdout=saved, stderr=subprocess.DEVNULL, timeout=60).returncode, 2)
         # The others are checked, too.
         (folder / "bad.yaml").write_text("routs: []\n")
         status, output, errors = run("check", "bad.yaml", "Door.fidl", cwd=folder)
@@ -244,16 +256,93 @@ class Generate(unittest.TestCase):
         self.assertEqual({file: file.read_text() for file in out.iterdir()}, own)
         self.assertEqual(run(*arguments, "--force")[0], 0)
         self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
-        # What it wrote it may replace, also where it was changed since.
+        # What it wrote it may replace, but not where it was edited since.
+        made = {file: file.read_bytes() for file in out.iterdir()}
+        shutil.copy(DOOR / "Door.fidl", self.folder)
+        arguments[1] = self.folder / "Door.fidl"  # the others would have other texts
+        (out / "bridge.yaml").write_text("changed\n")
+        changed = {file: file.read_bytes() for file in out.iterdir()}
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 2)
+        self.assertIn(f"-o: {out / 'bridge.yaml'} was edited since `trestle generate` wrote it, and would be replaced: move it away, or "
+                      "give --force", errors)
+        self.assertNotIn("interfaces.md", errors)
+        self.assertEqual({file: file.read_bytes() for file in out.iterdir()}, changed)
+        arguments[1] = DOOR
+        self.assertEqual(run(*arguments)[0], 2)
+        self.assertEqual(run(*arguments, "--force")[0], 0)
+        self.assertEqual({file: file.read_bytes() for file in out.iterdir()}, made)
+        # Lists without checksums tell nothing of edits.
+        lock = out / "generated.lock"
+        lock.write_text("# What\n" + "".join(line.split("  ")[-1] for line in lock.read_text().splitlines(True) if line[0] != "#"))
+        self.assertIn("\nbridge.yaml\n", lock.read_text())
         (out / "bridge.yaml").write_text("changed\n")
         self.assertEqual(run(*arguments)[0], 0)
-        self.assertIn("Door.moved", (out / "bridge.yaml").read_text())
+        self.assertEqual({file: file.read_bytes() for file in out.iterdir()}, made)
+        done = subprocess.run(["sha256sum", "--check", "--strict", "generated.lock"], cwd=out, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
         # No source, in any case.
         self.assertEqual(run("generate", DOOR, "--to", "fidl", "-o", out, "-q")[0], 0)
         fidl = next(out.glob("*.fidl"))
         status, _, errors = run("generate", fidl, "--to", "fidl", "-o", out, "--force")
         self.assertEqual(status, 2)
         self.assertIn("is a source", errors)
+
+    def test_removes_what_it_makes_no_longer(self):
+        lamp, out = self.folder / "Lamp.fidl", self.folder / "out"
+        lamp.write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { out { UInt8 x } } }\n")
+        other = self.folder / "Bell.fidl"
+        other.write_text(lamp.read_text().replace("Lamp", "Bell").replace("package car", "package house"))
+        for source, targets in ((lamp, "routes,msg"), (other, "msg")):
+            self.assertEqual(run("generate", source, "--to", targets, "-o", out)[0], 0)
+        before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+        self.assertIn(out / "car" / "msg" / "LampHot.msg", before)
+        # Another target, or other sources, make no file needless.
+        self.assertEqual(run("generate", lamp, "--to", "fidl", "-o", out)[0], 0)
+        self.assertLessEqual(before.keys(), set(out.rglob("*")))
+        # Another package does, and what was edited stays.
+        edited = out / "car" / "package.xml"
+        edited.write_text("mine\n")
+        arguments = ["generate", lamp, "--to", "msg,routes", "-o", out, "--package", "lights"]
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"removed {out / 'car' / 'msg' / 'LampHot.msg'}\n", errors)
+        self.assertIn(f"kept {edited}, which is no longer made: it was edited", errors)
+        self.assertNotIn("house", errors)
+        self.assertEqual(list((out / "car").iterdir()), [edited])
+        self.assertTrue((out / "lights" / "msg" / "LampHot.msg").exists())
+        self.assertTrue((out / "house" / "msg" / "BellHot.msg").exists())
+        # It is named until somebody removes it or takes it for good.
+        self.assertIn(f"kept {edited}", run(*arguments, "-q")[2])
+        edited.write_bytes(before[edited])
+        self.assertNotIn(str(edited), run(*arguments, "-q")[2])
+        self.assertFalse((out / "car").exists())
+
+    def test_takes_a_dash_for_standard_output(self):
+        printed = run("generate", DOOR, "--to", "json")
+        self.assertEqual(run("generate", DOOR, "--to", "json", "-o", "-", cwd=self.folder), printed)
+        self.assertEqual(printed[0], 0)
+        status, output, errors = run("generate", DOOR, "--to", "msg", "-o", "-", cwd=self.folder)
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn("-o: a folder is needed: there is more than one file to write", errors)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_tells_whose_kept_id_something_else_has_now(self):
+        lamp = self.folder / "Lamp.fidl"
+        lamp.write_text("package car\ninterface Lamp { version { major 1 minor 0 } method turn {} method off {} }\n")
+        self.assertEqual(run("generate", lamp, "--to", "routes", "-o", self.folder, "-q"), (0, "", ""))
+        lamp.with_suffix(".fdepl").write_text(
+            'import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"\nimport "Lamp.fidl"\n'
+            "define org.genivi.commonapi.someip.deployment for interface car.Lamp { method off { SomeIpMethodID = 1 } }\n")
+        both = [lamp, lamp.with_suffix(".fdepl")]
+        status, _, errors = run("decode", "--hex", "--interfaces", *both, input="")
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"note: car.Lamp.turn has had the id 0x0001 in {self.folder / 'ids.lock'}, which something else has now: 0x0003 is taken\n", errors)
+        for command in (["explain", *both], ["generate", *both, "--to", "json"]):
+            self.assertIn("Lamp.turn has had the id 0x0001, which off has now: 0x0003 is taken", run(*command)[2])
+        routes = self.folder / "own.yaml"
+        routes.write_text("someip: {address: 127.0.0.1}\ninterfaces: [Lamp.fidl, Lamp.fdepl]\ngenerate: all\n")
+        self.assertIn("Lamp.turn has had the id 0x0001, which off has now: 0x0003 is taken", run("check", routes)[2])
 
     def test_sees_its_sources_from_a_folder_that_is_not_there_yet(self):
         (self.folder / "Lamp.fidl").write_text("package car\ninterface Lamp { version { major 1 minor 0 } broadcast hot { } }\n")
