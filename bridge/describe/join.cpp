@@ -33,6 +33,14 @@ bool is_bare(const Service& service) {
          std::ranges::all_of(service.fields, [&](const Field& field) { return empty(field.payload); });
 }
 
+void tell_of_ids_in(const Model& model, documents::Problems& problems) {
+  IdFaults faults{model, problems};
+  for (const Service& service : model.services) {
+    faults.tell_same(service);
+    faults.tell_reserved(service);
+  }
+}
+
 class Joining {
  public:
   explicit Joining(Model& model) : model_{model} {}
@@ -529,13 +537,7 @@ class Joining {
   }
 
   void ids() {
-    tell([&](documents::Problems& problems) {
-      IdFaults faults{model_, problems};
-      for (const Service& service : model_.services) {
-        faults.tell_same(service);
-        faults.tell_reserved(service);
-      }
-    });
+    tell([&](documents::Problems& problems) { tell_of_ids_in(model_, problems); });
   }
 
   template <typename Check>
@@ -639,6 +641,18 @@ class Joining {
   std::vector<documents::Problem> problems_{};
 };
 
+void add_new(std::vector<documents::Problem> more, std::vector<documents::Problem>& told) {
+  std::set<std::string> known;
+  for (const documents::Problem& problem : told) {
+    known.insert(documents::to_string(problem));
+  }
+  for (documents::Problem& problem : more) {
+    if (!known.contains(documents::to_string(problem))) {
+      told.push_back(std::move(problem));
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<documents::Problem> join(Model& model) {
@@ -646,15 +660,13 @@ std::vector<documents::Problem> join(Model& model) {
 }
 
 void join_again(Model& model, std::vector<documents::Problem>& told) {
-  std::set<std::string> known;
-  for (const documents::Problem& problem : told) {
-    known.insert(documents::to_string(problem));
-  }
-  for (documents::Problem& problem : join(model)) {
-    if (!known.contains(documents::to_string(problem))) {
-      told.push_back(std::move(problem));
-    }
-  }
+  add_new(join(model), told);
+}
+
+void tell_of_ids(const Model& model, std::vector<documents::Problem>& told) {
+  documents::Problems problems{documents::Problems::no_limit};
+  tell_of_ids_in(model, problems);
+  add_new(problems.take(model.files), told);
 }
 
 std::string to_string(const Model& model, const Place& place) {

@@ -200,6 +200,8 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
     std::vector<documents::Problem> problems = join(reading.model);
     reading.problems.insert(reading.problems.end(), std::make_move_iterator(problems.begin()),
                             std::make_move_iterator(problems.end()));
+  } else {
+    tell_of_ids(reading.model, reading.problems);
   }
   return reading;
 }
