@@ -245,10 +245,16 @@ int run_generate(GenerateArguments& arguments) {
         fmt::print("{}", file.text);
         continue;
       }
-      const bool is_new = folder->write(file, origin);
+      const OutputFolder::Writing done = folder->write(file, origin);
       if (!arguments.quiet) {
-        fmt::print(stderr, "{}{}{} {}\n", is_new ? colour.green : colour.dim, is_new ? "wrote" : "unchanged",
-                   colour.off, folder->path_of(file).string());
+        fmt::print(stderr, "{}{}{} {}\n", done.is_new ? colour.green : colour.dim,
+                   done.is_new ? "wrote" : "unchanged", colour.off, folder->path_of(file).string());
+      }
+      if (!done.replaced.empty()) {
+        fmt::print(stderr,
+                   "{}warning:{} {} was made of other sources before (--to {}), which it does not have now: "
+                   "name all sources together, or give each a folder\n",
+                   colour.yellow, colour.off, folder->path_of(file).string(), done.replaced);
       }
     }
     for (const describe::NotCarried& lost : result.not_carried) {
@@ -259,12 +265,11 @@ int run_generate(GenerateArguments& arguments) {
   }
   if (folder) {
     for (const OutputFolder::Leftover& one : folder->finish(origins)) {
-      if (one.is_kept) {
-        fmt::print(stderr,
-                   "{}kept{} {}, which is no longer made: it was edited; remove it if nobody needs it\n",
-                   colour.yellow, colour.off, one.path.string());
-      } else if (!arguments.quiet) {
+      if (one.why_kept.empty()) {
         fmt::print(stderr, "{}removed{} {}\n", colour.dim, colour.off, one.path.string());
+      } else {
+        fmt::print(stderr, "{}kept{} {}, which is no longer made: {}; remove it if nobody needs it\n",
+                   colour.yellow, colour.off, one.path.string(), one.why_kept);
       }
     }
   }

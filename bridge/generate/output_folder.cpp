@@ -4,9 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
+#include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "bridge/documents/sha256.hpp"
@@ -35,16 +40,60 @@ bool is_edited(const fs::path& path, const describe::GeneratedFile& file) {
   return !file.sha256.empty() && documents::sha256(text_of_file(path)) != file.sha256;
 }
 
+[[noreturn]] void fail(const fs::path& path, std::string_view what, const std::error_code& why) {
+  throw std::runtime_error{fmt::format("{} cannot be {}: {}", path.string(), what, why.message())};
+}
+
 bool write_text(const fs::path& path, const std::string& text) {
   if (has_text(path, text)) {
     return false;
   }
-  fs::create_directories(path.parent_path());
-  std::ofstream out{path, std::ios::binary};
-  if (!(out << text) || !out.flush()) {
-    throw std::runtime_error{fmt::format("{} cannot be written", path.string())};
+  std::error_code error;
+  if (fs::create_directories(path.parent_path(), error); error) {
+    fail(path.parent_path(), "made", error);
+  }
+  // Where a link leads to; a link that leads nowhere is replaced itself.
+  const fs::path at = fs::exists(path, error) ? fs::canonical(path) : path;
+  // Beside it first, so that a full disk costs no file that was good.
+  const fs::path fresh = at.parent_path() / ".trestle-generate.new";  // as short as any name
+  errno = 0;
+  std::ofstream out{fresh, std::ios::binary};
+  out << text;
+  out.close();
+  if (out) {
+    fs::rename(fresh, at, error);
+  } else {
+    error = {errno, std::generic_category()};
+  }
+  if (!out || error) {
+    std::error_code ignored;
+    fs::remove(fresh, ignored);
+    fail(path, "written", error);
   }
   return true;
+}
+
+/// Whether an origin names all that another one does.
+bool names_all(const std::string& origin, const std::string& other) {
+  const auto words = [](const std::string& text) {
+    std::istringstream in{text};
+    return std::set<std::string>{std::istream_iterator<std::string>{in}, {}};
+  };
+  return std::ranges::includes(words(origin), words(other));
+}
+
+/// The kept ids and the list are no leftovers, whatever a list says.
+bool is_list(const fs::path& path) {
+  return path.filename() == describe::generated_list_name || path.filename() == "ids.lock";
+}
+
+/// Whether `path` is a file of this folder, and no link leads to it.
+bool is_inside(const fs::path& folder, const std::string& path) {
+  std::error_code error;
+  const fs::path parent = (folder / path).parent_path();
+  return fs::symlink_status(folder / path, error).type() == fs::file_type::regular &&
+         fs::canonical(parent, error) ==
+             (fs::canonical(folder, error) / fs::path{path}.parent_path() / "").parent_path();
 }
 
 }  // namespace
@@ -55,9 +104,12 @@ OutputFolder::OutputFolder(fs::path folder, const std::vector<std::string>& sour
   for (const std::string& one : sources) {
     sources_.insert(fs::weakly_canonical(one, error));
   }
-  for (describe::GeneratedFile& file :
-       describe::read_generated_list(text_of_file(folder_ / describe::generated_list_name))) {
-    if (fs::exists(folder_ / file.path, error)) {
+  const fs::path list = folder_ / describe::generated_list_name;
+  if (!fs::is_regular_file(list, error)) {
+    return;
+  }
+  for (describe::GeneratedFile& file : describe::read_generated_list(text_of_file(list))) {
+    if (fs::is_regular_file(folder_ / file.path, error) && !is_list(file.path)) {
       std::string path = file.path;
       before_.insert_or_assign(std::move(path), std::move(file));
     }
@@ -84,7 +136,8 @@ void OutputFolder::check(std::span<const describe::TextFile* const> files, bool 
           fmt::format("{} is a source, and would be written over: expected another folder", path.string())};
     }
     std::error_code error;
-    if (force || !fs::exists(path, error) || has_text(path, file->text)) {
+    const bool is_there = fs::symlink_status(path, error).type() != fs::file_type::not_found;
+    if (force || !is_there || has_text(path, file->text)) {
       continue;
     }
     const auto known = before_.find(path_in_list(file->path));
@@ -113,42 +166,93 @@ void OutputFolder::check(std::span<const describe::TextFile* const> files, bool 
   }
 }
 
-bool OutputFolder::write(const describe::TextFile& file, const std::string& origin) {
-  const bool is_new = write_text(path_of(file), file.text);
+OutputFolder::Writing OutputFolder::write(const describe::TextFile& file, const std::string& origin) {
+  Writing result;
+  try {
+    result.is_new = write_text(path_of(file), file.text);
+  } catch (const std::runtime_error&) {
+    try {  // what was written before is known to the next run
+      write_list();
+    } catch (const std::runtime_error&) {  // the first error tells more
+    }
+    throw;
+  }
   std::string path = path_in_list(file.path);
-  before_.erase(path);
+  if (const auto before = before_.find(path); before != before_.end()) {
+    if (result.is_new && !names_all(origin, before->second.origin)) {
+      result.replaced = before->second.origin;
+    }
+    before_.erase(before);
+  }
   written_.push_back({std::move(path), documents::sha256(file.text), origin});
-  return is_new;
+  return result;
+}
+
+std::string OutputFolder::why_kept(const describe::GeneratedFile& file) const {
+  if (is_edited(folder_ / file.path, file)) {
+    return "it was edited";
+  }
+  if (!is_inside(folder_, file.path)) {
+    return "a link leads to it";
+  }
+  // A package of ROS is a folder, and what describes it there is for all its files.
+  const std::string parent = fs::path{file.path}.parent_path().generic_string() + "/";
+  const auto is_beside = [&](const describe::GeneratedFile& other) {
+    return other.origin != file.origin && other.path.starts_with(parent);
+  };
+  if (parent != "/" && (std::ranges::any_of(written_, is_beside) ||
+                        std::ranges::any_of(
+                            before_, is_beside, [](const auto& one) -> const auto& { return one.second; }))) {
+    return "files of other sources are beside it";
+  }
+  return {};
+}
+
+void OutputFolder::write_list() const {
+  std::vector<describe::GeneratedFile> files = written_;
+  for (const auto& [path, file] : before_) {
+    files.push_back(file);
+  }
+  const fs::path list = folder_ / describe::generated_list_name;
+  std::error_code error;
+  if (!files.empty()) {
+    write_text(list, describe::generated_list(std::move(files)));
+  } else if (fs::is_regular_file(list, error)) {
+    fs::remove(list, error);
+  }
 }
 
 std::vector<OutputFolder::Leftover> OutputFolder::finish(const std::set<std::string>& origins) {
+  std::vector<std::string> paths;
+  for (const auto& [path, file] : before_) {
+    if (!file.sha256.empty() && origins.contains(file.origin) && !is_source(folder_ / path)) {
+      paths.push_back(path);
+    }
+  }
   std::vector<Leftover> leftovers;
+  for (const std::string& path : paths) {  // before any is removed, beside which others are
+    leftovers.push_back({folder_ / path, why_kept(before_.at(path))});
+  }
+  std::set<fs::path> folders;
   std::error_code error;
-  for (auto& [path, file] : before_) {
-    const fs::path at = folder_ / path;
-    const bool is_left = !file.sha256.empty() && origins.contains(file.origin) && !is_source(at);
-    if (!is_left || is_edited(at, file)) {
-      if (is_left) {
-        leftovers.push_back({at, true});
-      }
-      written_.push_back(std::move(file));
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (!leftovers[i].why_kept.empty()) {
       continue;
     }
-    if (!fs::remove(at, error)) {
-      throw std::runtime_error{fmt::format("{} cannot be removed", at.string())};
+    if (fs::remove(leftovers[i].path, error); error) {
+      leftovers[i].why_kept = "it cannot be removed: " + error.message();
+      continue;
     }
-    leftovers.push_back({at, false});
-    for (fs::path folder = fs::path{path}.parent_path();
-         !folder.empty() && fs::remove(folder_ / folder, error); folder = folder.parent_path()) {
+    before_.erase(paths[i]);
+    for (fs::path folder = fs::path{paths[i]}.parent_path(); !folder.empty(); folder = folder.parent_path()) {
+      folders.insert(folder);
     }
+  }
+  for (auto folder = folders.rbegin(); folder != folders.rend(); ++folder) {  // inner ones first
+    fs::remove(folder_ / *folder, error);                                     // if it is empty
   }
   // The last thing, so that it never has the checksum of something that was not written.
-  const fs::path list = folder_ / describe::generated_list_name;
-  if (!written_.empty()) {
-    write_text(list, describe::generated_list(std::move(written_)));
-  } else if (!leftovers.empty()) {
-    fs::remove(list, error);
-  }
+  write_list();
   return leftovers;
 }
 

@@ -25,23 +25,31 @@ class OutputFolder {
 
   [[nodiscard]] std::filesystem::path path_of(const describe::TextFile& file) const;
 
-  /// Writes a file unless it has this text already, so that nothing that depends on it is made anew.
+  struct Writing {
+    bool is_new = false;     ///< else it had this text already
+    std::string replaced{};  ///< the origin of what was there and came of other sources
+  };
+  /// Writes a file as a whole or not at all, and not if it has this text already, so that nothing that
+  /// depends on it is made anew.
   /// @param origin  describe::GeneratedFile::origin
-  /// @return whether it was written.
-  /// @throws std::runtime_error when that fails.
-  bool write(const describe::TextFile& file, const std::string& origin);
+  /// @throws std::runtime_error when that fails. The list then has what was written before.
+  Writing write(const describe::TextFile& file, const std::string& origin);
 
   /// A file of an earlier run, which is no longer made.
   struct Leftover {
     std::filesystem::path path;
-    bool is_kept = false;  ///< it was edited; else it is removed, and so are folders that are empty then
+    std::string
+        why_kept{};  ///< "it was edited"; empty: it was removed, and so were folders that became empty
   };
   /// Removes what earlier runs made of the same origins, and writes the list: after everything is written.
-  /// @throws std::runtime_error when that fails.
+  /// Nothing is removed that a symbolic link leads to, nor beside files of other sources, which may need it.
+  /// @throws std::runtime_error when the list cannot be written.
   std::vector<Leftover> finish(const std::set<std::string>& origins);
 
  private:
   [[nodiscard]] bool is_source(const std::filesystem::path& path) const;
+  [[nodiscard]] std::string why_kept(const describe::GeneratedFile& file) const;
+  void write_list() const;
 
   std::filesystem::path folder_;
   std::set<std::filesystem::path> sources_{};

@@ -133,10 +133,11 @@ bool save_configuration(const std::vector<std::string>& files) {
     return false;
   }
   std::fputs(configuration_for(files).c_str(), stdout);
-  fmt::print(stderr,
-             "{} is an interface description: a configuration that names it was written to standard output, "
-             "and no bridge was run\n",
-             files.front());
+  fmt::print(
+      stderr,
+      "{} is an interface description: a configuration that names it, seen from the current folder, was "
+      "written to standard output, and no bridge was run\n",
+      files.front());
   return true;
 }
 

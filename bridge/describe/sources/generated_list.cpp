@@ -17,10 +17,12 @@ constexpr std::string_view head_of_origin = "# --to ";
 std::string cut_sha256(std::string_view& line) {
   constexpr std::size_t digits = 64;
   constexpr std::string_view gap = "  ";
-  if (line.find_first_not_of("0123456789abcdef") != digits || line.substr(digits, gap.size()) != gap) {
+  if (line.find_first_not_of("0123456789abcdefABCDEF") != digits || line.substr(digits, gap.size()) != gap) {
     return {};
   }
   std::string sum{line.substr(0, digits)};
+  std::ranges::transform(sum, sum.begin(),
+                         [](char c) { return c < 'A' || c > 'F' ? c : static_cast<char>(c + ('a' - 'A')); });
   line.remove_prefix(digits + gap.size());
   return sum;
 }
@@ -48,6 +50,9 @@ std::vector<GeneratedFile> read_generated_list(std::string_view text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.ends_with('\r')) {  // as some checkouts have it
+      line.remove_suffix(1);
+    }
     if (line.starts_with('#')) {
       if (line.starts_with(head_of_origin)) {
         origin = line.substr(head_of_origin.size());

@@ -216,6 +216,67 @@ class Generate(unittest.TestCase):
             self.assertEqual(status, 0, errors)
             self.assertNotIn("ids are missing", errors)
 
+    def test_removes_nothing_that_a_link_leads_to_or_others_need(self):
+        lamp, door, out = self.folder / "Lamp.fidl", self.folder / "Gate.fidl", self.folder / "out"
+        text = "package {}\ninterface {} {{ version {{ major 1 minor 0 }} broadcast hot {{ out {{ UInt8 x }} }} }}\n"
+        lamp.write_text(text.format("car", "Lamp"))
+        door.write_text(text.format("car", "Gate"))
+        self.assertEqual(run("generate", lamp, "--to", "msg,routes", "-o", out, "-q")[0], 0)
+        # Another source takes the files of the package, and says so; who names both does not.
+        status, _, errors = run("generate", door, "--to", "msg", "-o", out, "-q")
+        self.assertEqual(status, 0, errors)
+        self.assertRegex(errors, rf"warning: {out}/car/CMakeLists.txt was made of other sources before \(--to msg \.\./Lamp.fidl\)")
+        status, _, errors = run("generate", door, lamp, "--to", "msg", "-o", out, "-q")
+        self.assertEqual((status, errors), (0, ""))
+        self.assertEqual(run("generate", door, "--to", "msg", "-o", out, "-q")[0], 0)
+        # Under another name, what the messages of the first need stays.
+        lamp.write_text(text.format("light", "Lamp"))
+        status, _, errors = run("generate", lamp, "--to", "msg", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertTrue((out / "car" / "package.xml").exists())
+        self.assertNotIn("removed", errors)
+        # A folder that is a link stays, with all that is in it; and nothing is said to be edited.
+        elsewhere = self.folder / "elsewhere"
+        (out / "light").rename(elsewhere)
+        (out / "light").symlink_to(elsewhere)
+        before = {path: path.read_bytes() for path in elsewhere.rglob("*") if path.is_file()}
+        lamp.write_text(text.format("lights", "Lamp"))
+        status, _, errors = run("generate", lamp, "--to", "msg", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"kept {out}/light/package.xml, which is no longer made: a link leads to it; remove it if nobody needs it", errors)
+        self.assertNotIn("edited", errors)
+        self.assertEqual({path: path.read_bytes() for path in elsewhere.rglob("*") if path.is_file()}, before)
+        self.assertTrue((out / "light").is_symlink())
+        # A link that leads nowhere is no file of ours; the list may be of another system.
+        (out / "bridge.yaml").unlink()
+        (out / "bridge.yaml").symlink_to(self.folder / "nowhere")
+        status, _, errors = run("generate", lamp, "--to", "routes", "-o", out)
+        self.assertEqual(status, 2)
+        self.assertIn("bridge.yaml is not made by `trestle generate`", errors)
+        (out / "bridge.yaml").unlink()
+        lock = out / "generated.lock"
+        lock.write_bytes(lock.read_bytes().replace(b"\n", b"\r\n"))
+        lamp.write_text(text.format("lamps", "Lamp"))
+        status, _, errors = run("generate", lamp, "--to", "msg", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"removed {out}/lights/package.xml", errors)
+        self.assertFalse((out / "lights").exists())
+
+    def test_knows_what_it_wrote_before_it_failed(self):
+        lamp, out = self.folder / "Lamp.fidl", self.folder / "out"
+        text = "package car\ninterface Lamp {{ version {{ major 1 minor 0 }} broadcast {} {{ out {{ UInt8 x }} }} }}\n"
+        lamp.write_text(text.format("hot"))
+        out.mkdir()
+        (out / "car").write_text("in the way\n")
+        status, _, errors = run("generate", lamp, "--to", "routes,msg", "-o", out)
+        self.assertEqual(status, 1)
+        self.assertRegex(errors, rf"error: {out}/car.* cannot be (made|written): ")
+        (out / "car").unlink()
+        lamp.write_text(text.format("cold"))
+        status, _, errors = run("generate", lamp, "--to", "routes,msg", "-o", out)
+        self.assertEqual(status, 0, errors)
+        self.assertEqual([path for path in out.rglob(".*")], [])
+
     def test_marks_chosen_ids_in_what_it_writes(self):
         lamp = self.folder / "Lamp.fidl"
         lamp.write_text(self.LAMP)
@@ -315,7 +376,7 @@ class Generate(unittest.TestCase):
         # It is named until somebody removes it or takes it for good.
         self.assertIn(f"kept {edited}", run(*arguments, "-q")[2])
         edited.write_bytes(before[edited])
-        self.assertNotIn(str(edited), run(*arguments, "-q")[2])
+        self.assertIn(f"removed {edited}\n", run(*arguments, "-q")[2])
         self.assertFalse((out / "car").exists())
 
     def test_takes_a_dash_for_standard_output(self):
