@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 
@@ -13,6 +14,29 @@
 namespace trestle::describe::arxml {
 
 namespace {
+
+// Since 2.9 expat warns of the functions whose numbers may have 32 bits.
+#if XML_MAJOR_VERSION > 2 || XML_MINOR_VERSION >= 9
+std::uint64_t line_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentLineNumber64(parser);
+}
+std::uint64_t column_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentColumnNumber64(parser);
+}
+std::int64_t byte_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentByteIndex64(parser);
+}
+#else
+std::uint64_t line_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentLineNumber(parser);
+}
+std::uint64_t column_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentColumnNumber(parser);
+}
+std::int64_t byte_of(XML_Parser parser) noexcept {
+  return XML_GetCurrentByteIndex(parser);
+}
+#endif
 
 /// Deeper files do not exist; the deepest elements of real ones are about 40 deep.
 constexpr std::size_t max_depth = 120;
@@ -150,10 +174,10 @@ class Handlers {
   }
 
   [[nodiscard]] Place here() const noexcept {
-    constexpr XML_Size most = std::numeric_limits<int>::max();
+    constexpr std::uint64_t most = std::numeric_limits<int>::max();
     return {file_,
-            {static_cast<int>(std::min<XML_Size>(XML_GetCurrentLineNumber(parser_), most)),
-             static_cast<int>(std::min<XML_Size>(XML_GetCurrentColumnNumber(parser_) + 1, most))}};
+            {static_cast<int>(std::min<std::uint64_t>(line_of(parser_), most)),
+             static_cast<int>(std::min<std::uint64_t>(column_of(parser_) + 1, most))}};
   }
   /// What is wrong where expat stopped, and what was expected.
   [[nodiscard]] std::string text_of(XML_Error error) const {
@@ -489,7 +513,7 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
     }
     // What expat has not told yet is within one tag.
     bytes += static_cast<std::size_t>(stream.gcount());
-    const auto told = static_cast<std::size_t>(std::max(XML_GetCurrentByteIndex(parser.get()), XML_Index{0}));
+    const auto told = static_cast<std::size_t>(std::max(byte_of(parser.get()), std::int64_t{0}));
     if (!last && bytes - told > options_.max_tag_bytes) {
       problems_.error(handlers.here(), "this tag or comment has more than " +
                                            std::to_string(options_.max_tag_bytes) +
