@@ -90,20 +90,21 @@ bool LoopSuspects::is_at(const dds::Guid& endpoint, std::span<const IpAddress> h
 }
 
 std::string LoopSuspects::name_at(const IpAddress& host, const DdsSide& dds) const {
-  for (const dds::Counterpart& one : dds.counterparts(topic_, writers_)) {
-    if (!has(suspect(one), host)) {
-      continue;
-    }
-    if (!one.node.empty()) {
-      return "the ROS node " + documents::printable(one.node);
-    }
-    std::string guid;
-    for (const std::byte byte : std::span{one.guid}.first(participant_bytes)) {
-      guid += fmt::format("{:02x}", std::to_integer<unsigned>(byte));
-    }
-    return fmt::format("the DDS participant {} ({})", documents::quote(one.participant), guid);
+  const std::vector<dds::Counterpart> found = dds.counterparts(topic_, writers_);
+  if (found.empty()) {
+    return "somebody who has left";
   }
-  return "somebody who has left";
+  const auto there =
+      std::ranges::find_if(found, [&](const dds::Counterpart& one) { return has(suspect(one), host); });
+  const dds::Counterpart& named = there != found.end() ? *there : found.front();
+  if (!named.node.empty()) {
+    return "the ROS node " + documents::printable(named.node);
+  }
+  std::string guid;
+  for (const std::byte byte : std::span{named.guid}.first(participant_bytes)) {
+    guid += fmt::format("{:02x}", std::to_integer<unsigned>(byte));
+  }
+  return fmt::format("the DDS participant {} ({})", documents::quote(named.participant), guid);
 }
 
 }  // namespace trestle::carry

@@ -32,6 +32,7 @@ class LoopSuspects {
   /// What update() finds. @param own  addresses of this host.
   void set(const std::vector<dds::Counterpart>& found, std::vector<IpAddress> own);
 
+  [[nodiscard]] bool any() const noexcept { return !all_.empty(); }
   /// Whether one of them is at this host.
   [[nodiscard]] bool at(const IpAddress& host) noexcept {
     if (host != last_host_) {
@@ -42,7 +43,7 @@ class LoopSuspects {
   }
   /// Whether the one of the participant that this reader or writer is of is at one of these hosts.
   [[nodiscard]] bool is_at(const dds::Guid& endpoint, std::span<const IpAddress> hosts) const noexcept;
-  /// Words for the first one at this host, for the log: "the ROS node /gateway".
+  /// Words for the first one at this host, or else at any, for the log: "the ROS node /gateway".
   [[nodiscard]] std::string name_at(const IpAddress& host, const DdsSide& dds) const;
 
  private:

@@ -179,7 +179,9 @@ class MethodToService final : public RunningRoute {
       responder.error(ReturnCode::not_ok);
       return;
     }
-    if (loop_.refuses(request.payload, responder.caller(), *context_.dds, context_.clock.now())) {
+    // The calls of a ring come while the one that causes them waits for its answer.
+    if (loop_.refuses(request.payload, responder.caller(), *context_.dds, context_.clock.now(),
+                      in_flight_ > 0 || method_.fire_and_forget)) {
       responder.error(ReturnCode::not_ok);
       return;
     }

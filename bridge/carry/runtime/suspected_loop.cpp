@@ -3,6 +3,17 @@
 #include "someip/net/address_text.hpp"
 
 namespace trestle::carry {
+namespace {
+
+/// As many times more repeats are needed from where nobody is known who could close a ring.
+constexpr std::uint32_t far_factor = 5;
+
+LoopCheck::Limits far(LoopCheck::Limits limits) {
+  limits.repeats *= far_factor;
+  return limits;
+}
+
+}  // namespace
 
 SuspectedLoop::SuspectedLoop(RouteClock& clock, std::string what, LoopSuspects suspects, std::string words,
                              const LoopCheck::Limits& limits)
@@ -10,24 +21,41 @@ SuspectedLoop::SuspectedLoop(RouteClock& clock, std::string what, LoopSuspects s
       what_{std::move(what)},
       suspects_{std::move(suspects)},
       words_{std::move(words)},
-      limits_{limits} {}
+      near_limits_{limits},
+      far_limits_{far(limits)} {}
 
 bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSide& dds,
-                            LoopCheck::TimePoint now) {
+                            LoopCheck::TimePoint now, bool caused) {
   suspects_.update(dds);
-  if (!suspects_.at(from.address)) {
+  if (!suspects_.any()) {
     return false;
   }
-  if (!guard_) {
-    guard_ = std::make_unique<LoopGuard>(clock_, what_, limits_);
+  const bool near = suspects_.at(from.address);
+  if (!near && !caused) {
+    return false;
   }
-  if (guard_->may_carry(message_hash(payload), std::nullopt, now, [&] {
+  std::unique_ptr<LoopGuard>& guard = near ? near_ : far_;
+  if (!guard) {
+    if (!near && !is_much(now)) {
+      return false;
+    }
+    guard = std::make_unique<LoopGuard>(clock_, what_, near ? near_limits_ : far_limits_);
+  }
+  if (guard->may_carry(message_hash(payload), std::nullopt, now, [&] {
         return suspects_.name_at(from.address, dds) + words_ + someip::to_string(from);
       })) {
     return false;
   }
-  guard_->arm();
+  guard->arm();
   return true;
+}
+
+bool SuspectedLoop::is_much(LoopCheck::TimePoint now) noexcept {
+  if (now - second_begin_ > std::chrono::seconds{1}) {
+    second_begin_ = now;
+    in_second_ = 0;
+  }
+  return ++in_second_ > far_limits_.repeats / far_limits_.weight_of_unnamed;
 }
 
 }  // namespace trestle::carry

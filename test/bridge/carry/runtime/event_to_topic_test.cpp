@@ -1,9 +1,13 @@
+#include <spdlog/spdlog.h>
+
 #include "test/bridge/carry/runtime/route_test.hpp"
+#include "test/bridge/end_to_end/log_sink.hpp"
 
 namespace trestle::test::event_to_topic_test {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::IsEmpty;
 using namespace std::chrono_literals;
 
@@ -188,6 +192,33 @@ TEST_F(EventToTopicTest, PutsOnTrialWhatComesAgainAndAgainFromAHostWhereSomebody
   EXPECT_EQ(events(20), 101U + 10U) << "in the minute after that fewer are enough";
   pass(1min + 2s);
   EXPECT_EQ(events(20), 101U + 10U + 20U);
+}
+
+// A ring over two hosts: one reads the topic, the other one sends the events.
+TEST_F(EventToTopicTest, PutsOnTrialWhatComesMuchMoreOftenFromElsewhere) {
+  start();
+  const auto events = [&](int number) {
+    for (int i = 0; i < number; ++i) {
+      send(hello);
+    }
+    return dds_.written.size();
+  };
+  EXPECT_EQ(events(2000), 2000U) << "nobody reads who could close a ring";
+  pass(2s);
+  dds_.counterparts_found = {{.guid = {}, .node = "/gateway", .participant = "", .addresses = {"10.0.0.77"}}};
+  dds_.on_match({}, true);
+  EXPECT_EQ(events(500 + 501), 3001U) << "500 in a second are not looked at; then the first, and 500 repeats";
+  const auto log = std::make_shared<LogSink>();
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("test", log));
+  EXPECT_EQ(events(1), 3001U);
+  EXPECT_EQ(count("looped"), 1U);
+  pass(1s);  // in which none comes: there is a ring
+  spdlog::set_default_logger(before);
+  EXPECT_THAT(log->str(),
+              HasSubstr("seems to loop through the ROS node /gateway, who reads the topic, and the "
+                        "SOME/IP service at 10.0.0.2:30501"));
+  EXPECT_EQ(events(20), 3001U + 10U) << "in the minute after that fewer are enough";
 }
 
 TEST_F(EventToTopicTest, SubscribesWhileSomebodyReads) {
