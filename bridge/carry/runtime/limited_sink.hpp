@@ -28,7 +28,8 @@ class LimitedSink : public spdlog::sinks::base_sink<std::mutex> {
     say_unread(message);
     const TimePoint now = std::chrono::steady_clock::now();
     say(budget_.left_out(now), message);
-    if (budget_.take({message.payload.data(), message.payload.size()}, now)) {
+    if (budget_.take({message.payload.data(), message.payload.size()}, now,
+                     message.level >= spdlog::level::err)) {
       to_->log(message);
     }
   }

@@ -1,5 +1,7 @@
 #include "bridge/carry/runtime/log_budget.hpp"
 
+#include <span>
+
 namespace trestle::carry {
 namespace {
 
@@ -22,17 +24,22 @@ std::size_t kind_of(std::string_view line) {
 
 }  // namespace
 
-bool LogBudget::take(std::string_view line, TimePoint now) {
+bool LogBudget::take(std::string_view line, TimePoint now, bool error) {
   if (now >= begin_ + window) {
     begin_ = now;
     bytes_ = 0;
     for (Kind& kind : kinds_) {
       kind.bytes = 0;
     }
+    for (Kind& kind : errors_) {
+      kind.bytes = 0;
+    }
   }
-  Kind& kind = kinds_[kind_of(line) % kinds_.size()];
+  Kind& kind = error ? errors_[kind_of(line) % errors_.size()] : kinds_[kind_of(line) % kinds_.size()];
   const std::size_t size = line.size() + time_and_level;
-  const std::size_t allowed = kind.bytes + size > most_of_a_quiet_kind ? most_of_talkers : most;
+  const std::size_t allowed = kind.bytes + size > most_of_a_quiet_kind ? most_of_talkers
+                              : error                                  ? most
+                                                                       : most_of_warnings;
   if (kind.bytes + size > most_of_a_kind || bytes_ + size > allowed) {
     if (kind.left_out++ == 0) {
       kind.example = line.substr(0, example_characters);
@@ -51,18 +58,22 @@ std::vector<std::string> LogBudget::left_out(TimePoint now) {
 std::vector<std::string> LogBudget::left_out() {
   std::vector<std::string> lines;
   std::uint64_t others = 0;
-  for (Kind& kind : kinds_) {
-    if (kind.left_out == 0) {
-      continue;
+  const auto tell = [&](std::span<Kind> kinds) {
+    for (Kind& kind : kinds) {
+      if (kind.left_out == 0) {
+        continue;
+      }
+      if (lines.size() < most_examples) {
+        lines.push_back("left out " + std::to_string(kind.left_out) +
+                        " more lines of this kind: " + kind.example);
+      } else {
+        others += kind.left_out;
+      }
+      kind.left_out = 0;
     }
-    if (lines.size() < most_examples) {
-      lines.push_back("left out " + std::to_string(kind.left_out) +
-                      " more lines of this kind: " + kind.example);
-    } else {
-      others += kind.left_out;
-    }
-    kind.left_out = 0;
-  }
+  };
+  tell(errors_);
+  tell(kinds_);
   if (others > 0) {
     lines.push_back("left out " + std::to_string(others) + " lines of other kinds");
   }

@@ -68,6 +68,27 @@ TEST(LogBudget, IsBoundedInAnyTenSeconds) {
   EXPECT_GT(bytes, 32'000U);
 }
 
+TEST(LogBudget, KeepsSomeForErrorsHoweverManyKindsOfWarningsThereAre) {
+  LogBudget budget;
+  std::size_t bytes = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    std::string line(100, 'x');
+    for (int bit = 0; bit < 16; ++bit) {
+      line[static_cast<std::size_t>(bit)] = (i >> bit & 1) != 0 ? 'y' : 'z';
+    }
+    bytes += budget.take(line, start) ? line.size() + 24 : 0;
+  }
+  EXPECT_FALSE(budget.take(std::string(100, 'w'), start)) << "another kind of warning";
+  EXPECT_TRUE(budget.take("this route seems to loop", start, true));
+  for (int i = 0; i < 1000; ++i) {
+    const std::string line = line_of(i);
+    bytes += budget.take(line, start, true) ? line.size() + 24 : 0;
+  }
+  EXPECT_LE(bytes, LogBudget::most);
+  EXPECT_THAT(budget.left_out(start + 10s).front(), HasSubstr("more lines of this kind: SD 10.0."))
+      << "errors first";
+}
+
 TEST(LogBudget, KeepsSomeForWhatIsSaidSeldom) {
   LogBudget budget;
   for (int i = 0; i < 4; ++i) {
