@@ -16,9 +16,6 @@
 namespace trestle::documents {
 namespace {
 
-// Far more than any hand-written configuration; a larger file is not a configuration.
-constexpr std::size_t file_bytes_max = std::size_t{1} << 20U;
-
 /// Walks over a file to find where documents begin.
 class DocumentStarts : public YAML::EventHandler {
  public:
@@ -86,7 +83,7 @@ void tell_of_bad_yaml(const YAML::Exception& error, std::string_view text, Probl
   problems.error(to_mark(error.mark), "not valid YAML: " + printable(error.msg));
 }
 
-tl::expected<std::string, std::string> read_text_file(const std::string& file) {
+tl::expected<std::string, std::string> read_text_file(const std::string& file, std::size_t bytes_max) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) {
     return tl::unexpected<std::string>{"cannot be read: it is a folder"};
@@ -96,10 +93,15 @@ tl::expected<std::string, std::string> read_text_file(const std::string& file) {
   if (!in) {
     return tl::unexpected{"cannot be read: " + std::generic_category().message(errno)};
   }
-  // One byte more than allowed is enough to know: /dev/zero has no end.
-  std::string text(file_bytes_max + 1, '\0');
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(in.gcount()));
+  std::string text;
+  while (in && text.size() <= bytes_max) {
+    constexpr std::size_t least = 4096;
+    const std::size_t begin = text.size();
+    const std::size_t more = std::min(bytes_max - begin + 1, std::max(begin, least));
+    text.resize(begin + more);
+    in.read(text.data() + begin, static_cast<std::streamsize>(more));
+    text.resize(begin + static_cast<std::size_t>(in.gcount()));
+  }
   if (in.bad()) {
     return tl::unexpected<std::string>{"cannot be read to its end"};
   }
@@ -107,8 +109,8 @@ tl::expected<std::string, std::string> read_text_file(const std::string& file) {
 }
 
 YAML::Node parse_document(const std::string& text, const std::string& expected, Problems& problems) {
-  if (text.size() > file_bytes_max) {
-    problems.error(Mark{}, fmt::format("the file is larger than {}", bytes_to_string(file_bytes_max)));
+  if (text.size() > document_bytes_max) {
+    problems.error(Mark{}, fmt::format("the file is larger than {}", bytes_to_string(document_bytes_max)));
     return YAML::Node{YAML::NodeType::Undefined};
   }
   try {

@@ -1,6 +1,7 @@
 #pragma once
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -10,11 +11,16 @@
 /// Reads the project's YAML files, the configuration and the lock file, and knows nothing of their meaning.
 namespace trestle::documents {
 
-/// The text of a file, or why it cannot be read. Reads at most one byte more than a document may have.
-[[nodiscard]] tl::expected<std::string, std::string> read_text_file(const std::string& file);
+/// Far more than any hand-written configuration: a larger file is not a configuration.
+inline constexpr std::size_t document_bytes_max = std::size_t{1} << 20U;
 
-/// The only document of a file of up to 1 MiB. Undefined, and reported, if there is an error or the file is
-/// empty.
+/// The text of a file, or why it cannot be read.
+/// @param bytes_max  at most one byte more is read, which is enough to know: /dev/zero has no end.
+[[nodiscard]] tl::expected<std::string, std::string> read_text_file(
+    const std::string& file, std::size_t bytes_max = document_bytes_max);
+
+/// The only document of a file of up to document_bytes_max. Undefined, and reported, if there is an error or
+/// the file is empty.
 /// @param expected  what an empty file should have.
 [[nodiscard]] YAML::Node parse_document(const std::string& text, const std::string& expected,
                                         Problems& problems);

@@ -1,6 +1,7 @@
 // bridge/documents: YAML documents with errors that name line and column.
 //
 //   document.hpp  reads a file or a text; utf8.hpp: texts that are not UTF-8
+//   replace_file.hpp  writes a file as a whole or not at all
 //   section.hpp   one mapping, read key by key; unknown keys are errors
 //   format.hpp    what a value may look like: numbers, ids, durations, names; host_and_port.hpp
 //   problems.hpp  errors and warnings with their places

@@ -4,10 +4,10 @@
 
 #include <condition_variable>
 #include <deque>
-#include <fstream>
 #include <mutex>
 #include <thread>
 
+#include "bridge/documents/replace_file.hpp"
 #include "bridge/record/bag_metadata.hpp"
 #include "bridge/record/mcap_fields.hpp"
 #include "bridge/record/pcapng_writer.hpp"
@@ -194,9 +194,12 @@ struct Recorder::State {
 
   void note(const std::error_code& error) {
     if (error) {
-      const std::lock_guard lock{mutex};
-      counters.error = error.message();
+      note(error.message());
     }
+  }
+  void note(std::string why) {
+    const std::lock_guard lock{mutex};
+    counters.error = std::move(why);
   }
 
   /// Takes over what the writers count.
@@ -336,18 +339,11 @@ struct Recorder::State {
     for (auto& [name, topic] : topics) {
       all.push_back(std::move(topic));
     }
-    const fs::path path = settings.to / "metadata.yaml";
-    const fs::path fresh = settings.to / ".metadata.yaml";
-    {
-      std::ofstream out{fresh, std::ios::binary};
-      out << bag_metadata(all, bag_files);
-      if (!out.flush()) {
-        note(std::make_error_code(std::errc::no_space_on_device));
-      }
+    if (const auto written = documents::replace_file(
+            settings.to / "metadata.yaml", bag_metadata(all, bag_files), documents::Outlives::the_program);
+        !written) {
+      note(written.error());
     }
-    std::error_code error;
-    fs::rename(fresh, path, error);
-    note(error);
   }
 
   const RecorderSettings settings;

@@ -1,18 +1,15 @@
 #include "bridge/carry/config/lock_file.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
 #include <map>
 #include <system_error>
 
 #include "bridge/carry/config/elements.hpp"
 #include "bridge/documents/document.hpp"
+#include "bridge/documents/replace_file.hpp"
 
 namespace trestle::carry {
 namespace {
@@ -74,42 +71,6 @@ std::vector<LockedTopic> load_lock(const YAML::Node& node, documents::Problems& 
   return topics;
 }
 
-std::string why() {
-  return std::generic_category().message(errno);
-}
-
-/// Closes the file in any case.
-class OpenFile {
- public:
-  OpenFile(const std::string& file, int flags) : number_{::open(file.c_str(), flags | O_CLOEXEC, 0666)} {}
-  ~OpenFile() { close(); }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  [[nodiscard]] bool is_open() const noexcept { return number_ >= 0; }
-  [[nodiscard]] bool write(std::string_view text) const {
-    while (!text.empty()) {
-      const ssize_t written = ::write(number_, text.data(), text.size());
-      if (written < 0 && errno != EINTR) {
-        return false;
-      }
-      text.remove_prefix(written < 0 ? 0 : static_cast<std::size_t>(written));
-    }
-    return true;
-  }
-  /// Empties the file, unless another process is writing it at this time.
-  [[nodiscard]] bool take() const {
-    return ::flock(number_, LOCK_EX | LOCK_NB) == 0 && ::ftruncate(number_, 0) == 0;
-  }
-  [[nodiscard]] bool sync() const { return ::fsync(number_) == 0; }
-  bool close() {
-    const int number = std::exchange(number_, -1);
-    return number < 0 || ::close(number) == 0;
-  }
-
- private:
-  int number_;
-};
-
 }  // namespace
 
 tl::expected<LockFile, std::vector<documents::Problem>> LockFile::read(const std::string& file) {
@@ -161,7 +122,7 @@ tl::expected<void, std::string> LockFile::add(const std::vector<LockedTopic>& mo
   topics.insert(topics.end(), more.begin(), more.end());
   std::ranges::sort(topics, {}, &LockedTopic::topic);
   std::string text = lock_text(topics);
-  if (auto written = replace_file(file_, text); !written) {
+  if (auto written = documents::replace_file(file_, text, documents::Outlives::a_power_failure); !written) {
     return written;
   }
   text_ = std::move(text);
@@ -185,36 +146,6 @@ std::string lock_text(const std::vector<LockedTopic>& topics) {
   }
   out << YAML::EndSeq << YAML::EndMap;
   return std::string{comment} + out.c_str() + "\n";
-}
-
-tl::expected<void, std::string> replace_file(const std::string& file, std::string_view text) {
-  std::error_code none;
-  const std::filesystem::path linked = std::filesystem::canonical(file, none);
-  const std::string target = none ? file : linked.string();
-  const std::string beside = target + ".new";
-  const auto fail = [&](const std::string& what) {
-    const std::string message = fmt::format("{} cannot be written: {}: {}", file, what, why());
-    ::unlink(beside.c_str());
-    return tl::unexpected{message};
-  };
-  {
-    OpenFile out{beside, O_WRONLY | O_CREAT | O_NOFOLLOW};
-    if (!out.is_open() || !out.take()) {
-      return tl::unexpected{fmt::format("{} cannot be written: {}: {}", file, beside, why())};
-    }
-    if (!out.write(text) || !out.sync() || !out.close()) {
-      return fail(beside);
-    }
-  }
-  if (::rename(beside.c_str(), target.c_str()) != 0) {
-    return fail(target);
-  }
-  // So that the new name survives a power failure. Not every file system can do this; then the file is
-  // written all the same.
-  const std::filesystem::path folder = std::filesystem::path{target}.parent_path();
-  const OpenFile place{folder.empty() ? "." : folder.string(), O_RDONLY | O_DIRECTORY};
-  [[maybe_unused]] const bool is_safe = place.is_open() && place.sync();
-  return {};
 }
 
 }  // namespace trestle::carry

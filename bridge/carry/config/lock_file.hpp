@@ -45,8 +45,4 @@ class LockFile {
 /// The text of a lock file; the topics in the order in which they shall stand.
 [[nodiscard]] std::string lock_text(const std::vector<LockedTopic>& topics);
 
-/// Replaces a file, or the file that a symbolic link of this name points to, by `text`. Readers see the old
-/// text or the new one, never a part. On failure the file is unchanged.
-[[nodiscard]] tl::expected<void, std::string> replace_file(const std::string& file, std::string_view text);
-
 }  // namespace trestle::carry

@@ -313,7 +313,7 @@ TEST_F(DiscoveredRoutes, AreNotMadeWhenTheirIdsCannotBeKept) {
 
 TEST_F(DiscoveredRoutes, KeepNothingWaitingWhileTheDiskDoes) {
   // A disk that takes its time: what is written first is a pipe that nobody reads.
-  const std::string pipe = lock_file_ + ".new";
+  const std::string pipe = folder_ + "/.trestle.lock.new";
   start(many_ids);
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   const auto a = writer("/s/a");

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "bridge/documents/replace_file.hpp"
 #include "test/bridge/carry/config/problems_of.hpp"
 
 namespace trestle::test::lock_file_test {
@@ -180,7 +181,7 @@ TEST_F(LockFiles, StayAsTheyWereWhenTheDiskIsFull) {
   setrlimit(RLIMIT_FSIZE, &usual);
   std::signal(SIGXFSZ, usual_action);
   ASSERT_FALSE(written.has_value());
-  EXPECT_EQ(written.error(), file() + " cannot be written: " + file() + ".new: File too large");
+  EXPECT_EQ(written.error(), file() + " cannot be written: " + folder_ + ".trestle.lock.new: File too large");
   EXPECT_EQ(text(), before);
   EXPECT_EQ(files(), 1U) << "nothing half-written is left";
   EXPECT_EQ(lock.find("/sensing/points"), nullptr);
@@ -193,12 +194,16 @@ TEST_F(LockFiles, SayWhereTheyCannotBeWritten) {
   fs::remove_all(folder_);
   const auto gone = lock.add({imu});
   ASSERT_FALSE(gone.has_value());
-  EXPECT_EQ(gone.error(), file() + " cannot be written: " + file() + ".new: No such file or directory");
-  fs::create_directories(file() + ".new");
+  EXPECT_EQ(gone.error(),
+            file() + " cannot be written: " + folder_ + ".trestle.lock.new: No such file or directory");
+  fs::create_directories(folder_ + ".trestle.lock.new");
   const auto in_the_way = lock.add({imu});
   ASSERT_FALSE(in_the_way.has_value());
-  EXPECT_EQ(in_the_way.error(), file() + " cannot be written: " + file() + ".new: Is a directory");
-  EXPECT_EQ(carry::replace_file("/proc/trestle.lock", "x").error().substr(0, 37),
+  EXPECT_EQ(in_the_way.error(),
+            file() + " cannot be written: " + folder_ + ".trestle.lock.new: Is a directory");
+  EXPECT_EQ(documents::replace_file("/proc/trestle.lock", "x", documents::Outlives::a_power_failure)
+                .error()
+                .substr(0, 37),
             "/proc/trestle.lock cannot be written:");
   EXPECT_TRUE(lock.topics().empty());
 }
