@@ -193,6 +193,7 @@ int run_generate(GenerateArguments& arguments) {
   const bool with_types = std::ranges::find(arguments.to, "msg") != arguments.to.end();
   set_origins_of_types(arguments, with_types && wanted.size() > 1, options.routes);
   arguments.sources.output_folder = arguments.folder;
+  arguments.sources.keeps_ids = true;
   arguments.sources.options.lowers = std::ranges::any_of(wanted, &Target::needs_lowered);
   const bool names_types_anew = arguments.inputs.writes_routes && !with_types && arguments.inputs.has_names();
   describe::Lowered before;
@@ -225,14 +226,23 @@ int run_generate(GenerateArguments& arguments) {
     std::vector<std::string> sources = arguments.sources.files();
     // What these import or name, too.
     sources.insert(sources.end(), system.model.files.begin(), system.model.files.end());
-    folder.emplace(arguments.folder, sources);
+    std::vector<documents::Problem> problems;
+    folder.emplace(arguments.folder, sources, arguments.force, problems);
+    if (!problems.empty()) {
+      print_problems(problems);
+      return cli::exit_usage;
+    }
     std::vector<const describe::TextFile*> files;
     for (const auto& [one, result] : results) {
       for (const describe::TextFile& file : result.files) {
         files.push_back(&file);
       }
     }
-    folder->check(files, arguments.force);
+    folder->check(files);
+  }
+  // First, as what is written with ids that are not kept would have others the next time.
+  if (std::ranges::any_of(results, [](const auto& one) { return !one.second.files.empty(); })) {
+    arguments.sources.keep_ids();
   }
   std::set<std::string> origins;
   for (const auto& [one, result] : results) {
@@ -272,9 +282,6 @@ int run_generate(GenerateArguments& arguments) {
                    colour.yellow, colour.off, one.path.string(), one.why_kept);
       }
     }
-  }
-  if (std::ranges::any_of(results, [](const auto& one) { return !one.second.files.empty(); })) {
-    arguments.sources.keep_ids();
   }
   int status = cli::exit_ok;
   for (const auto& [one, result] : results) {

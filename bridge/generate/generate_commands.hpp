@@ -2,7 +2,7 @@
 //
 //   source_options.hpp   sources on the command line
 //   targets.hpp          all that it can be written as
-//   output_folder.hpp    where it is written to
+//   output_folder.hpp    where it is written to; folder_lock.hpp: by one run at a time
 //   capture_model.hpp    what a capture tells of a system
 //   page.hpp             the page of `trestle generate --ui`: questions in, answers out. page_question.hpp,
 //                        page_member.hpp and page_form.hpp are parts of it

@@ -5,15 +5,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
-#include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/replace_file.hpp"
 #include "bridge/documents/sha256.hpp"
 
 namespace trestle::generate {
@@ -26,22 +27,18 @@ std::string path_in_list(const std::string& path) {
   return fs::path{path}.lexically_normal().generic_string();
 }
 
-std::string text_of_file(const fs::path& path) {
-  std::ifstream file{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>{file}, {}};
-}
-
 bool has_text(const fs::path& path, const std::string& text) {
   std::error_code ignored;
-  return fs::file_size(path, ignored) == text.size() && text_of_file(path) == text;
+  return fs::file_size(path, ignored) == text.size() &&
+         documents::read_text_file(path.string(), text.size()) == text;
 }
 
 bool is_edited(const fs::path& path, const describe::GeneratedFile& file) {
-  return !file.sha256.empty() && documents::sha256(text_of_file(path)) != file.sha256;
-}
-
-[[noreturn]] void fail(const fs::path& path, std::string_view what, const std::error_code& why) {
-  throw std::runtime_error{fmt::format("{} cannot be {}: {}", path.string(), what, why.message())};
+  if (file.sha256.empty()) {
+    return false;
+  }
+  const auto text = documents::read_text_file(path.string(), std::numeric_limits<std::size_t>::max() - 1);
+  return !text || documents::sha256(*text) != file.sha256;
 }
 
 bool write_text(const fs::path& path, const std::string& text) {
@@ -50,25 +47,11 @@ bool write_text(const fs::path& path, const std::string& text) {
   }
   std::error_code error;
   if (fs::create_directories(path.parent_path(), error); error) {
-    fail(path.parent_path(), "made", error);
+    throw std::runtime_error{
+        fmt::format("{} cannot be made: {}", path.parent_path().string(), error.message())};
   }
-  // Where a link leads to; a link that leads nowhere is replaced itself.
-  const fs::path at = fs::exists(path, error) ? fs::canonical(path) : path;
-  // Beside it first, so that a full disk costs no file that was good.
-  const fs::path fresh = at.parent_path() / ".trestle-generate.new";  // as short as any name
-  errno = 0;
-  std::ofstream out{fresh, std::ios::binary};
-  out << text;
-  out.close();
-  if (out) {
-    fs::rename(fresh, at, error);
-  } else {
-    error = {errno, std::generic_category()};
-  }
-  if (!out || error) {
-    std::error_code ignored;
-    fs::remove(fresh, ignored);
-    fail(path, "written", error);
+  if (const auto written = documents::replace_file(path, text, documents::Outlives::the_program); !written) {
+    throw std::runtime_error{written.error()};
   }
   return true;
 }
@@ -98,17 +81,14 @@ bool is_inside(const fs::path& folder, const std::string& path) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(fs::path folder, const std::vector<std::string>& sources)
-    : folder_{std::move(folder)} {
+OutputFolder::OutputFolder(fs::path folder, const std::vector<std::string>& sources, bool force,
+                           std::vector<documents::Problem>& problems)
+    : folder_{std::move(folder)}, force_{force} {
   std::error_code error;
   for (const std::string& one : sources) {
     sources_.insert(fs::weakly_canonical(one, error));
   }
-  const fs::path list = folder_ / describe::generated_list_name;
-  if (!fs::is_regular_file(list, error)) {
-    return;
-  }
-  for (describe::GeneratedFile& file : describe::read_generated_list(text_of_file(list))) {
+  for (describe::GeneratedFile& file : describe::load_generated_list(folder_, problems)) {
     if (fs::is_regular_file(folder_ / file.path, error) && !is_list(file.path)) {
       std::string path = file.path;
       before_.insert_or_assign(std::move(path), std::move(file));
@@ -125,7 +105,7 @@ fs::path OutputFolder::path_of(const describe::TextFile& file) const {
   return folder_ / file.path;
 }
 
-void OutputFolder::check(std::span<const describe::TextFile* const> files, bool force) const {
+void OutputFolder::check(std::span<const describe::TextFile* const> files) const {
   std::vector<std::string> others;
   std::vector<std::string> edited;
   for (const describe::TextFile* const file : files) {
@@ -137,7 +117,7 @@ void OutputFolder::check(std::span<const describe::TextFile* const> files, bool 
     }
     std::error_code error;
     const bool is_there = fs::symlink_status(path, error).type() != fs::file_type::not_found;
-    if (force || !is_there || has_text(path, file->text)) {
+    if (force_ || !is_there || has_text(path, file->text)) {
       continue;
     }
     const auto known = before_.find(path_in_list(file->path));
@@ -178,11 +158,14 @@ OutputFolder::Writing OutputFolder::write(const describe::TextFile& file, const 
     throw;
   }
   std::string path = path_in_list(file.path);
-  if (const auto before = before_.find(path); before != before_.end()) {
+  const auto before = before_.find(path);
+  if (before != before_.end()) {
     if (result.is_new && !names_all(origin, before->second.origin)) {
       result.replaced = before->second.origin;
     }
     before_.erase(before);
+  } else if (!result.is_new && !force_) {
+    return result;
   }
   written_.push_back({std::move(path), documents::sha256(file.text), origin});
   return result;

@@ -16,12 +16,14 @@ namespace trestle::generate {
 class OutputFolder {
  public:
   /// @param sources  files that were read: they are neither written over nor removed.
-  OutputFolder(std::filesystem::path folder, const std::vector<std::string>& sources);
+  /// @param force    takes what others have made or edited for our own, but no source.
+  /// @param problems gets what is wrong with the list. Then nothing may be written.
+  OutputFolder(std::filesystem::path folder, const std::vector<std::string>& sources, bool force,
+               std::vector<documents::Problem>& problems);
 
   /// Before anything is written.
-  /// @param force  allows to replace what others have made or edited, but no source.
   /// @throws CLI::ValidationError that names what would be lost, and what to do.
-  void check(std::span<const describe::TextFile* const> files, bool force) const;
+  void check(std::span<const describe::TextFile* const> files) const;
 
   [[nodiscard]] std::filesystem::path path_of(const describe::TextFile& file) const;
 
@@ -30,7 +32,7 @@ class OutputFolder {
     std::string replaced{};  ///< the origin of what was there and came of other sources
   };
   /// Writes a file as a whole or not at all, and not if it has this text already, so that nothing that
-  /// depends on it is made anew.
+  /// depends on it is made anew. A file of others that has it stays theirs: it does not get into the list.
   /// @param origin  describe::GeneratedFile::origin
   /// @throws std::runtime_error when that fails. The list then has what was written before.
   Writing write(const describe::TextFile& file, const std::string& origin);
@@ -53,6 +55,7 @@ class OutputFolder {
 
   std::filesystem::path folder_;
   std::set<std::filesystem::path> sources_{};
+  bool force_ = false;
   std::map<std::string, describe::GeneratedFile, std::less<>> before_{};  ///< those that are still there
   std::vector<describe::GeneratedFile> written_{};
 };

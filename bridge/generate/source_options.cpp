@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -21,6 +21,8 @@
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/format.hpp"
+#include "bridge/documents/quote_path.hpp"
+#include "bridge/documents/replace_file.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/documents/utf8.hpp"
 #include "bridge/generate/capture_model.hpp"
@@ -181,7 +183,7 @@ void SourceArguments::read_live(describe::Reading& into) const {
   }
 }
 
-SourceArguments::Opened SourceArguments::open() const {
+SourceArguments::Opened SourceArguments::open() {
   Opened opened;
   std::vector<std::string> files;
   describe::Reading others;
@@ -196,6 +198,10 @@ SourceArguments::Opened SourceArguments::open() const {
     }
   }
   read_live(others);
+  if (keeps_ids && !output_folder.empty()) {
+    // Now, as listening may take long, and folders of sources may have this one in them.
+    output_lock_ = std::make_unique<FolderLock>(output_folder);
+  }
   opened.texts = describe::load_sources(files, opened.problems);
   opened.captured = std::move(others.model);
   opened.problems.insert(opened.problems.end(), others.problems.begin(), others.problems.end());
@@ -219,8 +225,14 @@ describe::System SourceArguments::read(const Change& change) {
     const std::vector<documents::Problem> faults = change(reading.model);
     reading.problems.insert(reading.problems.end(), faults.begin(), faults.end());
   }
+  if (keeps_ids) {
+    lock_ids();
+  }
   read_lock(reading.problems);
   describe::System system = make_system(std::move(reading), lock_, options);
+  if (!new_ids()) {
+    id_locks_.clear();  // so that runs that only read the ids do not wait for each other
+  }
   print_problems(system.problems);
   const describe::OpenIds open = describe::open_ids_of(system.model, kept_, lock_, sources);
   const bool is_beside = kept_.files != std::vector{lock_file_} && kept_.files != std::vector{own_lock()};
@@ -349,19 +361,51 @@ describe::TypeOrigins SourceArguments::origins_of_types(bool only_of_ros) const 
   return origins;
 }
 
-void SourceArguments::keep_ids() const {
-  const std::string file = !lock_file_.empty()       ? lock_file_
+/// Of files in other folders than that of the output, which is locked already. Sorted, so that no two runs
+/// wait for each other.
+void SourceArguments::lock_ids() {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  std::set<fs::path> folders;
+  if (!lock_file_.empty()) {
+    folders.insert(fs::weakly_canonical(fs::absolute(lock_file_), error).parent_path());
+    if (!fs::is_directory(*folders.begin(), error)) {
+      throw CLI::ValidationError{
+          "--lock", fmt::format("{} cannot be written: there is no folder {}", lock_file_,
+                                documents::quote_path(fs::path{lock_file_}.parent_path().string()))};
+    }
+  } else if (!output_folder.empty()) {
+    for (const describe::KeptIdsFile& one : describe::kept_ids_files(paths())) {
+      folders.insert(fs::canonical(one.file, error).parent_path());
+    }
+  }
+  for (const fs::path& folder : folders) {
+    if (output_folder.empty() || !fs::equivalent(folder, output_folder, error)) {
+      id_locks_.push_back(std::make_unique<FolderLock>(folder));
+    }
+  }
+}
+
+std::optional<describe::SourceText> SourceArguments::new_ids() const {
+  if ((lock_file_.empty() && output_folder.empty()) || lock_.services.empty()) {
+    return std::nullopt;
+  }
+  describe::SourceText ids{!lock_file_.empty()       ? lock_file_
                            : kept_.files.size() == 1 ? kept_.files.front()
-                                                     : own_lock();
-  const std::string text = to_text(lock_);
-  if ((lock_file_.empty() && output_folder.empty()) || lock_.services.empty() ||
-      documents::read_text_file(file).value_or(std::string{}) == text) {
-    return;
+                                                     : own_lock(),
+                           to_text(lock_)};
+  return documents::read_text_file(ids.name) == ids.text ? std::nullopt : std::optional{std::move(ids)};
+}
+
+void SourceArguments::keep_ids() {
+  if (const auto ids = new_ids()) {
+    if (const auto written =
+            documents::replace_file(ids->name, ids->text, documents::Outlives::a_power_failure);
+        !written) {
+      throw std::runtime_error{written.error()};
+    }
   }
-  std::ofstream out{file, std::ios::binary};
-  if (!(out << text) || !out.flush()) {
-    throw std::runtime_error{fmt::format("{} cannot be written", file)};
-  }
+  id_locks_.clear();
 }
 
 void print_problems(const std::vector<documents::Problem>& problems) {

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "bridge/describe/sources/kept_ids.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
+#include "bridge/generate/folder_lock.hpp"
 #include "bridge/generate/page.hpp"
 #include "dds_adapter/participant.hpp"
 
@@ -64,15 +66,18 @@ class SourceArguments {
   /// @param only_of_ros  leaves out those that are written as packages of messages.
   [[nodiscard]] describe::TypeOrigins origins_of_types(bool only_of_ros) const;
   /// Keeps the ids that read() chose, if there are new ones: in the file of --lock, else in the one beside
-  /// the sources, else in the folder of the output.
+  /// the sources, else in the folder of the output. Needs `keeps_ids`.
   /// @throws std::runtime_error when it cannot be written.
-  void keep_ids() const;
+  void keep_ids();
 
   /// The files that read() has read, those of folders included.
   [[nodiscard]] const std::vector<std::string>& files() const noexcept { return files_; }
 
   std::vector<std::string> sources{};
   std::string output_folder{};  ///< of the output; empty: there is none
+  /// From read() on, no other run uses the folder of the output, nor the file of the kept ids until
+  /// keep_ids(). Then read() throws std::runtime_error when another one takes too long.
+  bool keeps_ids = false;
   describe::SystemOptions options{};
   cli::NetworkOptions network{};  ///< of live sources, without an address
 
@@ -83,11 +88,14 @@ class SourceArguments {
     describe::Model captured{};  ///< of all sources that are no texts
     std::vector<documents::Problem> problems{};
   };
-  [[nodiscard]] Opened open() const;
+  [[nodiscard]] Opened open();
   void read_live(describe::Reading& into) const;
   void read_lock(std::vector<documents::Problem>& problems);
   [[nodiscard]] std::vector<std::string> paths() const;
   [[nodiscard]] std::string own_lock() const;
+  void lock_ids();
+  /// What keep_ids() writes, and to which file; nothing: there is nothing new.
+  [[nodiscard]] std::optional<describe::SourceText> new_ids() const;
 
   SourceReaders readers_;
   bool keep_event_ids_ = false;
@@ -97,6 +105,8 @@ class SourceArguments {
   std::vector<std::string> files_{};
   describe::KeptIds kept_{};  ///< as they were before read()
   describe::IdLock lock_{};   ///< with those that read() chose
+  std::unique_ptr<FolderLock> output_lock_{};
+  std::vector<std::unique_ptr<FolderLock>> id_locks_{};
 };
 
 /// Captures are told by their names: they have no text.

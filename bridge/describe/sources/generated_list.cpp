@@ -1,9 +1,14 @@
 #include "bridge/describe/sources/generated_list.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <filesystem>
+#include <system_error>
 #include <tuple>
 #include <utility>
+
+#include "bridge/documents/document.hpp"
+#include "bridge/documents/format.hpp"
 
 namespace trestle::describe {
 namespace {
@@ -27,6 +32,16 @@ std::string cut_sha256(std::string_view& line) {
   return sum;
 }
 
+/// A line that a merge leaves where two sides differ; its mark, or nothing.
+std::string_view mark_of_merge(std::string_view line) {
+  for (const std::string_view mark : {"<<<<<<<", "|||||||", "=======", ">>>>>>>"}) {
+    if (line.starts_with(mark) && (line.size() == mark.size() || line[mark.size()] == ' ')) {
+      return mark;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string generated_list(std::vector<GeneratedFile> files) {
@@ -43,15 +58,25 @@ std::string generated_list(std::vector<GeneratedFile> files) {
   return text;
 }
 
-std::vector<GeneratedFile> read_generated_list(std::string_view text) {
+std::vector<GeneratedFile> read_generated_list(const std::string& file, std::string_view text,
+                                               std::vector<documents::Problem>& problems) {
   std::vector<GeneratedFile> files;
   std::string origin;
-  while (!text.empty()) {
+  for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (line.ends_with('\r')) {  // as some checkouts have it
       line.remove_suffix(1);
+    }
+    if (const std::string_view mark = mark_of_merge(line); !mark.empty()) {
+      problems.push_back(
+          {.file = file,
+           .mark = {number, 1},
+           .text = fmt::format("'{}' is what a merge has left: keep the lines of one side, and "
+                               "run `trestle generate` again",
+                               mark)});
+      return {};
     }
     if (line.starts_with('#')) {
       if (line.starts_with(head_of_origin)) {
@@ -67,6 +92,26 @@ std::vector<GeneratedFile> read_generated_list(std::string_view text) {
     }
   }
   return files;
+}
+
+std::vector<GeneratedFile> load_generated_list(const std::filesystem::path& folder,
+                                               std::vector<documents::Problem>& problems) {
+  constexpr std::size_t bytes_max = std::size_t{16} << 20U;
+  const std::filesystem::path file = folder / generated_list_name;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    return {};
+  }
+  const auto text = documents::read_text_file(file.string(), bytes_max);
+  if (!text || text->size() > bytes_max) {
+    problems.push_back(
+        {.file = file.string(),
+         .mark = {},
+         .text = text ? fmt::format("the file is larger than {}", documents::bytes_to_string(bytes_max))
+                      : text.error()});
+    return {};
+  }
+  return read_generated_list(file.string(), *text, problems);
 }
 
 }  // namespace trestle::describe

@@ -1,7 +1,10 @@
 #pragma once
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "bridge/documents/problem.hpp"
 
 namespace trestle::describe {
 
@@ -20,6 +23,13 @@ struct GeneratedFile {
 /// The text of such a list, sorted, in a form that `sha256sum --check` takes.
 [[nodiscard]] std::string generated_list(std::vector<GeneratedFile> files);
 /// The files in such a text, of which those that lead out of the folder are left out.
-[[nodiscard]] std::vector<GeneratedFile> read_generated_list(std::string_view text);
+/// @param file      its name.
+/// @param problems  gets where the marks of a merge are that nobody has finished. Then no file is told.
+[[nodiscard]] std::vector<GeneratedFile> read_generated_list(const std::string& file, std::string_view text,
+                                                             std::vector<documents::Problem>& problems);
+/// The same of the list in a folder. Where there is none, there are no files.
+/// @param problems  gets why it cannot be read, too.
+[[nodiscard]] std::vector<GeneratedFile> load_generated_list(const std::filesystem::path& folder,
+                                                             std::vector<documents::Problem>& problems);
 
 }  // namespace trestle::describe

@@ -175,20 +175,28 @@ void add_kept_ids(const std::string& file, KeptIds& into, std::vector<documents:
   into.files.push_back(file);
 }
 
-KeptIds load_kept_ids(const std::vector<std::string>& paths, std::vector<documents::Problem>& problems) {
-  KeptIds kept;
+std::vector<KeptIdsFile> kept_ids_files(const std::vector<std::string>& paths) {
+  std::vector<KeptIdsFile> files;
   std::set<fs::path> known;
   for (const std::string& path : paths) {
     std::error_code error;
     const fs::path folder = fs::is_directory(path, error) ? fs::path{path} : fs::path{path}.parent_path();
     const fs::path file = folder / kept_ids_name;
     if (fs::is_regular_file(file, error) && known.insert(fs::weakly_canonical(file, error)).second) {
-      const std::size_t before = problems.size();
-      add_kept_ids(file.lexically_normal().string(), kept, problems);
-      if (problems.size() > before) {
-        problems.back().text +=
-            fmt::format(" (it is read because it lies beside {})", documents::quote_path(path));
-      }
+      files.push_back({file.lexically_normal().string(), path});
+    }
+  }
+  return files;
+}
+
+KeptIds load_kept_ids(const std::vector<std::string>& paths, std::vector<documents::Problem>& problems) {
+  KeptIds kept;
+  for (const auto& [file, beside] : kept_ids_files(paths)) {
+    const std::size_t before = problems.size();
+    add_kept_ids(file, kept, problems);
+    if (problems.size() > before) {
+      problems.back().text +=
+          fmt::format(" (it is read because it lies beside {})", documents::quote_path(beside));
     }
   }
   return kept;

@@ -20,7 +20,15 @@ struct KeptIds {
   std::vector<std::string> files{};  ///< that were read
 };
 
-/// Reads ids.lock in the folders of files, and in folders themselves.
+/// Such a file, and which of the files and folders that were given it lies beside, or in.
+struct KeptIdsFile {
+  std::string file{};
+  std::string beside{};
+};
+/// Those that are there in the folders of files, and in folders themselves, each once.
+[[nodiscard]] std::vector<KeptIdsFile> kept_ids_files(const std::vector<std::string>& paths);
+
+/// Reads them.
 /// @param paths     files and folders.
 /// @param problems  gets what is wrong, with its place: two files that contradict each other, too.
 [[nodiscard]] KeptIds load_kept_ids(const std::vector<std::string>& paths,

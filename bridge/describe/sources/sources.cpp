@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -77,10 +78,10 @@ struct Folder {
   std::vector<std::string> sources{};    ///< sorted
   std::vector<std::string> generated{};  ///< likewise: those that `trestle generate` wrote
   std::error_code error{};
+  std::vector<documents::Problem> problems{};  ///< of lists of these
 };
 
 Folder look_into(const std::string& path) {
-  constexpr std::size_t most_bytes = std::size_t{16} << 20U;
   Folder folder;
   std::vector<std::string> names;
   std::set<std::string, std::less<>> generated;
@@ -91,9 +92,9 @@ Folder look_into(const std::string& path) {
       continue;
     }
     if (at->path().filename() == generated_list_name) {
-      for (const GeneratedFile& one :
-           read_generated_list(load_file(at->path().string(), most_bytes, "").value_or(std::string{}))) {
-        generated.insert((at->path().parent_path() / one.path).lexically_normal().string());
+      const fs::path place = at->path().parent_path();
+      for (const GeneratedFile& one : load_generated_list(place, folder.problems)) {
+        generated.insert((place / one.path).lexically_normal().string());
       }
     } else if (kind_of(at->path().string(), {}) != SourceKind::unknown) {
       names.push_back(at->path().string());
@@ -238,6 +239,7 @@ std::vector<SourceText> load_sources(const std::vector<std::string>& paths,
     }
     const std::size_t taken_before = sources.size();
     const std::size_t told_before = problems.size();
+    std::ranges::move(folder.problems, std::back_inserter(problems));
     if (folder.error) {
       problems.push_back({.file = path, .mark = {}, .text = "cannot be read: " + folder.error.message()});
     }

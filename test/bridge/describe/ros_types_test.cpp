@@ -197,11 +197,29 @@ TEST(GeneratedList, HasTheChecksumsAndOriginsOfFiles) {
       EndsWith("generated.lock` tells which were changed since.\nold.msg\n# --to msg Door.fidl\n" + sum +
                "  p/A.msg\n" + sum + "  p/B.msg\n# --to routes Door.fidl\n" + sum + "  a b.yaml\n"));
   std::vector<std::string> read;
-  for (const GeneratedFile& file : read_generated_list(text)) {
+  std::vector<documents::Problem> problems;
+  for (const GeneratedFile& file : read_generated_list("generated.lock", text, problems)) {
     read.push_back(file.origin + "|" + file.path + "|" + std::to_string(file.sha256.size()));
   }
+  EXPECT_THAT(problems, IsEmpty());
   EXPECT_THAT(read, ElementsAre("|old.msg|0", "msg Door.fidl|p/A.msg|64", "msg Door.fidl|p/B.msg|64",
                                 "routes Door.fidl|a b.yaml|64"));
+}
+
+TEST(GeneratedList, IsRefusedWhereAMergeHasLeftItsMarks) {
+  const std::string line = std::string(64, 'a') + "  p/A.msg\n";
+  for (const std::string mark : {"<<<<<<< HEAD", "||||||| 1234567", "=======\r", ">>>>>>> theirs"}) {
+    std::vector<documents::Problem> problems;
+    EXPECT_THAT(read_generated_list("gen/generated.lock", line + mark + "\n" + line, problems), IsEmpty());
+    ASSERT_THAT(problems, SizeIs(1));
+    EXPECT_EQ(documents::to_string(problems[0]),
+              "gen/generated.lock:2:1: error: '" + mark.substr(0, 7) +
+                  "' is what a merge has left: keep the lines of one side, "
+                  "and run `trestle generate` again");
+  }
+  std::vector<documents::Problem> problems;
+  EXPECT_THAT(read_generated_list("generated.lock", "=======.msg\n", problems), SizeIs(1));
+  EXPECT_THAT(problems, IsEmpty());
 }
 
 /// What comes out of sources does not go in again.
@@ -245,6 +263,8 @@ TEST(LoadSources, LeavesOutWhatWasGenerated) {
   EXPECT_THAT(told("gen/p"), ElementsAre("gen/p/msg/A.msg"));
   std::filesystem::remove(folder / "gen" / "Mine.fidl");
   EXPECT_THAT(told("gen"), ElementsAre("gen/Door.fidl", "gen/p/msg/A.msg"));
+  write("gen/generated.lock", "<<<<<<< HEAD\nDoor.fidl\n");
+  EXPECT_THAT(told("gen"), testing::Contains(HasSubstr("gen/generated.lock:1:1: error: '<<<<<<<'")));
   std::filesystem::remove_all(folder);
 }
 

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """`trestle generate` and `trestle diff` as a user runs them. Usage: generate_command_test.py TRESTLE SOURCE_FOLDER"""
+import contextlib
+import fcntl
 import json
 import os
 import pathlib
@@ -205,6 +207,74 @@ class Generate(unittest.TestCase):
             self.assertEqual(status, 2)
             self.assertRegex(errors, rf"{kept}:\d:\d+: error: .*\(it is read because it lies beside '{lamp}'\)")
 
+    @contextlib.contextmanager
+    def used(self, folder):
+        """As by another run."""
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            yield
+        finally:
+            os.close(descriptor)
+
+    def start(self, *arguments):
+        process = subprocess.Popen([program, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_runs_at_once_lose_nothing_of_each_other(self):
+        out = self.folder / "out"
+        sources = [self.folder / f"{name}.fidl" for name in ("Lamp", "Bell")]
+        for source in sources:
+            source.write_text(self.LAMP.replace("Lamp", source.stem).replace("package car", f"package {source.stem.lower()}"))
+        # Both wait, and make the folder anew, which is gone when they get it.
+        out.mkdir()
+        with self.used(out):
+            runs = [self.start("generate", source, "--to", "msg", "-o", out, "-q") for source in sources]
+            for one in runs:
+                self.assertEqual(one.stderr.readline(), f"waiting for another `trestle generate`, which uses {out}\n")
+            out.rmdir()
+        for one in runs:
+            errors = one.communicate(timeout=60)[1].replace(f"waiting for another `trestle generate`, which uses {out}\n", "")
+            self.assertEqual((one.returncode, errors), (0, ""))
+        for source in sources:
+            self.assertIn(f"name: {source.stem.lower()}.{source.stem}\n", (out / "ids.lock").read_text())
+            self.assertIn(f"{source.stem.lower()}/package.xml\n", (out / "generated.lock").read_text())
+        # Likewise what another one adds to kept ids that are elsewhere: of --lock, or beside the source.
+        lamp = self.folder / "elsewhere" / "Lamp.fidl"
+        lamp.parent.mkdir()
+        lamp.write_text(self.LAMP)
+        for name, arguments in (("own.lock", ["--to", "json", "--lock", lamp.parent / "own.lock"]), ("ids.lock", ["--to", "msg", "-o", self.folder / "gen"])):
+            kept = lamp.parent / name
+            kept.write_text("services: [{name: a.B, id: 0x5001}]\n")
+            with self.used(lamp.parent):
+                one = self.start("generate", lamp, *arguments)
+                self.assertEqual(one.stderr.readline(), f"waiting for another `trestle generate`, which uses {lamp.parent}\n")
+                shutil.copy(out / "ids.lock", kept)
+            self.assertEqual((one.communicate(timeout=60)[1].count("error"), one.returncode), (0, 0))
+            self.assertIn("name: bell.Bell\n", kept.read_text())
+            self.assertIn("name: car.Lamp\n", kept.read_text())
+
+    def test_writes_nothing_where_ids_cannot_be_kept(self):
+        lamp, out, lock = self.folder / "Lamp.fidl", self.folder / "out", self.folder / "my.lock"
+        lamp.write_text(self.LAMP)
+        before = sorted(self.folder.iterdir())
+        status, output, errors = run("generate", lamp, "--to", "routes,msg", "-o", out, "--lock", self.folder / "none" / "my.lock")
+        self.assertEqual((status, output), (2, ""))
+        self.assertIn(f"--lock: {self.folder / 'none' / 'my.lock'} cannot be written: there is no folder '{self.folder / 'none'}'", errors)
+        self.assertEqual(sorted(self.folder.iterdir()), before)
+        in_the_way = self.folder / ".my.lock.new"  # as a disk that is full, or rights that are missing
+        in_the_way.mkdir()
+        for arguments in (["-o", out], []):
+            status, output, errors = run("generate", lamp, "--to", "json", "--lock", lock, *arguments)
+            self.assertEqual((status, output), (1, ""))
+            self.assertIn(f"error: {lock} cannot be written: {in_the_way}: Is a directory", errors)
+            self.assertEqual(sorted(self.folder.iterdir()), sorted([*before, in_the_way]))
+        in_the_way.rmdir()
+        self.assertEqual(run("generate", lamp, "--to", "json", "--lock", lock, "-o", out)[0], 0)
+        self.assertTrue(lock.exists())
+
     def test_names_the_fdepl_that_was_forgotten(self):
         folder = self.door()
         add = f"Add {folder / 'Door.fdepl'}, which was not given"
@@ -348,6 +418,52 @@ class Generate(unittest.TestCase):
         status, _, errors = run("generate", fidl, "--to", "fidl", "-o", out, "--force")
         self.assertEqual(status, 2)
         self.assertIn("is a source", errors)
+
+    def test_leaves_others_what_happens_to_have_the_right_text(self):
+        lamp, out, again = self.folder / "Lamp.fidl", self.folder / "out", self.folder / "again"
+        lamp.write_text(self.LAMP)
+        self.assertEqual(run("generate", lamp, "--to", "msg", "-o", out, "-q")[0], 0)
+        mine = again / "car" / "msg" / "LampHot.msg"
+        mine.parent.mkdir(parents=True)
+        shutil.copy(out / "car" / "msg" / "LampHot.msg", mine)
+        arguments = ["generate", lamp, "--to", "msg", "-o", again]
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"unchanged {mine}\n", errors)
+        listed = (again / "generated.lock").read_text()
+        self.assertIn("car/package.xml", listed)
+        self.assertNotIn("LampHot", listed)
+        # So it is neither removed with the others, nor replaced.
+        status, _, errors = run(*arguments, "--package", "light")
+        self.assertEqual(status, 0, errors)
+        self.assertIn(f"removed {again / 'car' / 'package.xml'}\n", errors)
+        self.assertEqual([path for path in (again / "car").rglob("*") if path.is_file()], [mine])
+        lamp.write_text(self.LAMP.replace("UInt8 x", "UInt16 x"))
+        status, _, errors = run(*arguments)
+        self.assertEqual(status, 2)
+        self.assertIn(f"{mine} is not made by `trestle generate`", errors)
+        # With --force it is.
+        lamp.write_text(self.LAMP)
+        self.assertEqual(run(*arguments, "--force")[0], 0)
+        self.assertIn("car/msg/LampHot.msg\n", (again / "generated.lock").read_text())
+        self.assertIn(f"removed {mine}\n", run(*arguments, "--package", "light")[2])
+
+    def test_refuses_a_list_that_a_merge_has_left(self):
+        lamp, out = self.folder / "Lamp.fidl", self.folder / "out"
+        lamp.write_text(self.LAMP)
+        arguments = ["generate", lamp, "--to", "msg", "-o", out]
+        self.assertEqual(run(*arguments)[0], 0)
+        lock = out / "generated.lock"
+        lock.write_text(lock.read_text().replace("\n", "\n<<<<<<< HEAD\n", 3))
+        before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+        lamp.write_text(self.LAMP.replace("UInt8 x", "UInt16 x"))
+        error = f"{lock}:2:1: error: '<<<<<<<' is what a merge has left: keep the lines of one side, and run `trestle generate` again\n"
+        status, _, errors = run(*arguments, "--force")
+        self.assertEqual((status, errors), (2, error))
+        self.assertEqual({path: path.read_bytes() for path in out.rglob("*") if path.is_file()}, before)
+        status, _, errors = run("explain", self.folder)
+        self.assertEqual(status, 2)
+        self.assertIn(error, errors)
 
     def test_removes_what_it_makes_no_longer(self):
         lamp, out = self.folder / "Lamp.fidl", self.folder / "out"
