@@ -404,16 +404,14 @@ void add_bridge_command(CLI::App& app, int& status) {
     const std::vector<std::string> more = command->remaining();
     std::vector<std::string> files{options->file};
     files.insert(files.end(), more.begin(), more.end());
-    if (save_configuration(files)) {
+    // Who names interface descriptions, and so maybe several files, is told what to do with them.
+    const bool has_unknown_option = !more.empty() && more.front().starts_with('-');
+    if (const auto answered = has_unknown_option ? std::nullopt : answer_descriptions(files, true)) {
+      status = *answered;
       return;
     }
     if (!more.empty()) {
-      // Who names interface descriptions, and so several files, is told what to do with them.
-      if (more.front().starts_with('-') || !explain_descriptions(files)) {
-        throw CLI::ExtrasError{more};
-      }
-      status = cli::exit_usage;
-      return;
+      throw CLI::ExtrasError{more};
     }
     if (options->report_fd >= 0 && fcntl(options->report_fd, F_GETFD) < 0) {
       throw CLI::ValidationError("--report-fd",

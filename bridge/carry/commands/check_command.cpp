@@ -10,7 +10,6 @@
 #include "bridge/carry/commands/field_packages.hpp"
 #include "bridge/carry/commands/network_check.hpp"
 #include "bridge/carry/commands/summary.hpp"
-#include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/cli/exit_status.hpp"
 #include "bridge/cli/option.hpp"
 #include "bridge/cli/terminal.hpp"
@@ -47,9 +46,7 @@ void add_check_command(CLI::App& app, int& status) {
       ->needs("--network");
   command->callback([files, quiet, folder, network, patience, &status] {
     const cli::Colours colours = cli::colours_for(STDOUT_FILENO);
-    if (explain_descriptions(*files)) {
-      status = cli::exit_usage;
-    }
+    status = answer_descriptions(*files).value_or(status);
     for (const std::string& file : *files) {
       const auto loaded = load_or_explain(file);
       if (!loaded) {

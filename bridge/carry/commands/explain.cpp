@@ -10,6 +10,7 @@
 
 #include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/carry/config/ros_environment.hpp"
+#include "bridge/cli/exit_status.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/messages/convert/check_type.hpp"
 #include "bridge/messages/map/map_compiler.hpp"
@@ -60,6 +61,20 @@ std::vector<messages::MapProblem> check_mapping(const TypeUse& use, const messag
   return problems;
 }
 
+/// On standard error, those of each file with its lines.
+void print_problems(const std::vector<documents::Problem>& problems) {
+  for (auto begin = problems.begin(); begin != problems.end();) {
+    const auto end = std::find_if(begin, problems.end(), [&](const documents::Problem& problem) {
+      return problem.file != begin->file;
+    });
+    // A problem with a place means that the file could be read, and is not large.
+    const bool has_place = std::prev(end)->mark.line > 0;
+    const std::string text = has_place ? documents::read_text_file(begin->file).value_or("") : "";
+    std::fputs(explain({begin, end}, text, cli::colours_for(STDERR_FILENO)).c_str(), stderr);
+    begin = end;
+  }
+}
+
 }  // namespace
 
 std::string explain(const std::vector<documents::Problem>& problems, std::string_view text,
@@ -108,65 +123,49 @@ TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,
   return {messages::check_type(use.type, places, rules), messages::check_lengths(use.type, places, rules)};
 }
 
-bool explain_descriptions(std::vector<std::string>& files) {
+std::optional<int> answer_descriptions(std::vector<std::string>& files, bool saves) {
   const auto others = std::stable_partition(files.begin(), files.end(), is_description);
   const std::vector<std::string> descriptions{files.begin(), others};
   files.erase(files.begin(), others);
   if (descriptions.empty()) {
-    return false;
+    return std::nullopt;
   }
-  const std::string fault =
-      "is an interface description: expected a configuration. One that names it goes to standard output: "
-      "`> bridge.yaml` behind the command saves it";
-  std::fputs(explain({{documents::Problem::Severity::error, descriptions.front(), {}, fault}}, "",
-                     cli::colours_for(STDERR_FILENO))
-                 .c_str(),
-             stderr);
-  std::fputs(configuration_for(descriptions).c_str(), stdout);
-  return true;
-}
-
-bool save_configuration(const std::vector<std::string>& files) {
+  const auto configuration = configuration_for(descriptions);
+  if (!configuration) {
+    print_problems(configuration.error());
+    return cli::exit_usage;
+  }
+  std::fputs(configuration->c_str(), stdout);
   struct stat output {};
-  if (fstat(STDOUT_FILENO, &output) != 0 || !S_ISREG(output.st_mode) ||
-      !std::ranges::all_of(files, is_description)) {
-    return false;
+  if (saves && files.empty() && fstat(STDOUT_FILENO, &output) == 0 && S_ISREG(output.st_mode)) {
+    fmt::print(
+        stderr,
+        "{} is an interface description: a configuration that names it, seen from the current folder, was "
+        "written to standard output, and no bridge was run\n",
+        descriptions.front());
+    return cli::exit_ok;
   }
-  std::fputs(configuration_for(files).c_str(), stdout);
-  fmt::print(
-      stderr,
-      "{} is an interface description: a configuration that names it, seen from the current folder, was "
-      "written to standard output, and no bridge was run\n",
-      files.front());
-  return true;
+  print_problems({{documents::Problem::Severity::error,
+                   descriptions.front(),
+                   {},
+                   "is an interface description: expected a configuration. One that names it goes to "
+                   "standard output: `> bridge.yaml` behind the command saves it"}});
+  return cli::exit_usage;
 }
 
 std::optional<Loaded> load_or_explain(const std::string& file) {
-  if (std::vector files{file}; explain_descriptions(files)) {
+  if (std::vector files{file}; answer_descriptions(files)) {
     return std::nullopt;
   }
   auto loaded = load_config(file, verdict_on);
   // Problems of the file itself, then those of the lock file that it names.
-  const std::vector<documents::Problem>& problems = loaded ? loaded->warnings : loaded.error();
-  for (auto begin = problems.begin(); begin != problems.end();) {
-    const auto end = std::find_if(begin, problems.end(), [&](const documents::Problem& problem) {
-      return problem.file != begin->file;
-    });
-    // A problem with a place means that the file could be read, and is not large.
-    const bool has_place = std::prev(end)->mark.line > 0;
-    const std::string text = has_place ? documents::read_text_file(begin->file).value_or("") : "";
-    std::fputs(explain({begin, end}, text, cli::colours_for(STDERR_FILENO)).c_str(), stderr);
-    begin = end;
-  }
+  print_problems(loaded ? loaded->warnings : loaded.error());
   if (!loaded) {
     return std::nullopt;
   }
   if (const std::string fault = apply_ros_environment(loaded->config.dds, process_environment());
       !fault.empty()) {
-    std::fputs(
-        explain({{documents::Problem::Severity::error, file, {}, fault}}, "", cli::colours_for(STDERR_FILENO))
-            .c_str(),
-        stderr);
+    print_problems({{documents::Problem::Severity::error, file, {}, fault}});
     return std::nullopt;
   }
   return std::move(*loaded);

@@ -14,15 +14,12 @@ namespace trestle::carry {
 /// @return nothing when there was any error: the caller ends with exit_usage.
 [[nodiscard]] std::optional<Loaded> load_or_explain(const std::string& file);
 
-/// Tells who gives interface descriptions in place of a configuration so, and prints the configuration for
-/// all of them together on standard output.
+/// Answers who gives interface descriptions in place of a configuration: prints the configuration that names
+/// all of them on standard output, or what is wrong with them on standard error.
 /// @param files  what is left is no description.
-/// @return whether there was any.
-bool explain_descriptions(std::vector<std::string>& files);
-
-/// Likewise, where nobody expects more: all files are interface descriptions, and standard output is a file.
-/// @return whether the configuration was printed.
-bool save_configuration(const std::vector<std::string>& files);
+/// @param saves  nobody expects more, if standard output is a file and nothing is left.
+/// @return the exit status; nothing: there was no description.
+std::optional<int> answer_descriptions(std::vector<std::string>& files, bool saves = false);
 
 /// What is to be said of a type that a configuration names, for load_config().
 [[nodiscard]] TypeVerdict verdict_on(const TypeUse& use, const messages::MessageRules& rules,

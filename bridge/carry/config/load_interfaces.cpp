@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "bridge/carry/config/id_names_of.hpp"
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/package_faults.hpp"
+#include "bridge/describe/read/vsomeip/read_vsomeip.hpp"
 #include "bridge/describe/sources/kept_ids.hpp"
 #include "bridge/describe/sources/sources.hpp"
 #include "bridge/describe/system.hpp"
@@ -476,11 +478,17 @@ void add_generated(YAML::Node& root, const describe::System& system, const Gener
 bool is_description(const std::string& file) {
   const describe::SourceKind kind = describe::kind_of(file, {});
   std::error_code error;
-  return (kind == describe::SourceKind::fidl || kind == describe::SourceKind::arxml) &&
-         std::filesystem::is_regular_file(file, error);
+  if (!std::filesystem::is_regular_file(file, error)) {
+    return false;
+  }
+  if (kind == describe::SourceKind::vsomeip) {  // JSON, as a configuration may be
+    return describe::is_vsomeip(describe::file_loader()(file).value_or(std::string{}));
+  }
+  return kind == describe::SourceKind::fidl || kind == describe::SourceKind::arxml;
 }
 
-std::string configuration_for(const std::vector<std::string>& descriptions) {
+tl::expected<std::string, std::vector<documents::Problem>> configuration_for(
+    const std::vector<std::string>& descriptions) {
   std::vector<std::string> files;
   for (const std::string& one : descriptions) {
     for (const std::string& file : describe::with_those_beside(one)) {
@@ -491,11 +499,45 @@ std::string configuration_for(const std::vector<std::string>& descriptions) {
   }
   YAML::Emitter list;
   list << YAML::Flow << files;
-  return fmt::format(
+  std::string text = fmt::format(
       "someip: {{address: 127.0.0.1}}  # of this host, in the network of the services\n"
       "interfaces: {}\n"
       "generate: all\n",
       list.c_str());
+  YAML::Node root = YAML::Load(text);
+  messages::TypePlaces types;
+  documents::Problems problems{descriptions.front()};
+  std::vector<documents::Problem> of_interfaces;
+  const AppliedInterfaces applied = apply_interfaces(root, {}, types, problems, of_interfaces);
+  if (!problems.has_errors()) {
+    return text;
+  }
+  std::vector<documents::Problem> told = problems.take();
+  for (documents::Problem& one : told) {
+    one.mark = {};  // of a text that nobody has seen
+  }
+  const auto is_warning = [](const documents::Problem& one) {
+    return one.severity == documents::Problem::Severity::warning;
+  };
+  if (!applied.good) {
+    std::erase_if(of_interfaces, is_warning);
+    return tl::unexpected{of_interfaces.empty() ? std::move(told) : std::move(of_interfaces)};
+  }
+  if (std::ranges::all_of(descriptions, [](const std::string& file) {
+        return describe::kind_of(file, {}) == describe::SourceKind::vsomeip;
+      })) {
+    told = {{.file = descriptions.front(),
+             .mark = {},
+             .text = "is a configuration of vsomeip, which has ids and no types, so that a bridge can carry "
+                     "nothing of it: name what has the types, too, such as "
+                     "`trestle bridge Door.fidl Door.fdepl vsomeip.json`"}};
+  } else {
+    std::erase_if(told, std::not_fn(is_warning));  // why
+    told.push_back({.file = descriptions.front(),
+                    .mark = {},
+                    .text = "is an interface description with nothing that a bridge can carry"});
+  }
+  return tl::unexpected{std::move(told)};
 }
 
 AppliedInterfaces apply_interfaces(YAML::Node& root, const std::string& file, messages::TypePlaces& types,

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "bridge/documents/problems.hpp"
@@ -20,10 +21,13 @@ struct AppliedInterfaces {
   IdNames names{};                             ///< that the descriptions give
 };
 
-/// Whether it is an interface description, by its name, and is there: some take it for a configuration.
+/// Whether it is an interface description that is there: some take it for a configuration. FIDL and ARXML are
+/// known by their names, vsomeip JSON by its text.
 [[nodiscard]] bool is_description(const std::string& file);
 /// The configuration that such files need, in lines. It names FIDL and FDEPL files beside them, too.
-[[nodiscard]] std::string configuration_for(const std::vector<std::string>& descriptions);
+/// @return what is wrong with them, or why no route comes out of them, and no warning alone.
+[[nodiscard]] tl::expected<std::string, std::vector<documents::Problem>> configuration_for(
+    const std::vector<std::string>& descriptions);
 
 /// Uses the interface descriptions that a configuration names:
 ///

@@ -140,6 +140,32 @@ class Generate(unittest.TestCase):
             self.assertIn("Door.fidl", done.stderr)
         with open(folder / "bridge.yaml", "w", encoding="utf-8") as saved:  # nothing was checked
             self.assertEqual(subprocess.run([program, "check", "Door.fidl"], cwd=folder, stdout=saved, stderr=subprocess.DEVNULL, timeout=60).returncode, 2)
+        # What is wrong with it is told, and nothing is saved.
+        (folder / "Bad.fidl").write_text("package car\ninterface Bad {\n    attribute Bolean locked\n}\n")
+        (folder / "broken.json").write_text('{"services": [\n')
+        for file, place, word in (("Bad.fidl", "3:15", "Bolean"), ("broken.json", "2:1", "")):
+            for command in ("bridge", "check"):
+                with open(folder / "saved.yaml", "w", encoding="utf-8") as saved:
+                    done = subprocess.run([program, command, file], cwd=folder, stdout=saved, stderr=subprocess.PIPE, text=True, timeout=60)
+                self.assertEqual((done.returncode, (folder / "saved.yaml").read_text()), (2, ""))
+                self.assertRegex(done.stderr, f"^{file}:{place}: error: .*{word}")
+        (folder / "Empty.fidl").write_text("package car\n")
+        self.assertEqual(run("bridge", "Empty.fidl", cwd=folder), (2, "", "Empty.fidl: error: is an interface description with nothing that a bridge can carry\n"))
+        # Ids alone make no routes; they are taken beside what has types.
+        (folder / "car.json").write_text('{"unicast": "10.0.0.1", "services": [{"service": "0x4711", "instance": "1"}]}\n')
+        for command in ("bridge", "check"):
+            status, output, errors = run(command, "car.json", cwd=folder)
+            self.assertEqual((status, output), (2, ""))
+            self.assertRegex(errors, "^car.json: error: is a configuration of vsomeip, which has ids and no types, so that a bridge can carry nothing of it: "
+                             "name what has the types, too, such as `trestle bridge Door.fidl Door.fdepl vsomeip.json`\n$")
+        status, output, errors = run("bridge", "Door.fidl", "car.json", cwd=folder)
+        self.assertEqual(status, 2)
+        self.assertIn("interfaces: [Door.fidl, Door-SomeIP.fdepl, car.json]\n", output)
+        # JSON may be a configuration of a bridge, too.
+        (folder / "bridge.json").write_text('{"someip": {"address": "127.0.0.1"}, "interfaces": ["Door.fidl", "Door-SomeIP.fdepl"], "generate": "all"}\n')
+        status, output, errors = run("check", "bridge.json", cwd=folder)
+        self.assertEqual((status, errors), (0, ""))
+        self.assertIn("/door/moved", output)
         # The others are checked, too.
         (folder / "bad.yaml").write_text("routs: []\n")
         status, output, errors = run("check", "bad.yaml", "Door.fidl", cwd=folder)

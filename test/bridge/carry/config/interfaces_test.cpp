@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "bridge/carry/config/load.hpp"
+#include "bridge/carry/config/load_interfaces.hpp"
 #include "bridge/messages/types/type_library.hpp"
 
 namespace trestle::test::interfaces_test {
@@ -492,6 +493,46 @@ define org.genivi.commonapi.someip.deployment for provider as P {
   ASSERT_THAT(loaded.warnings, SizeIs(1));
   EXPECT_THAT(loaded.warnings.front().text,
               HasSubstr("their package 'std_msgs' has the name of one of ROS 2"));
+}
+
+TEST_F(InterfacesTest, AreTriedBeforeAConfigurationNamesThem) {
+  /// The configuration for a file, or what is wrong with it.
+  const auto told = [&](const std::string& name) {
+    const std::string file = (folder_ / name).string();
+    EXPECT_TRUE(is_description(file)) << name;
+    const auto text = configuration_for({file});
+    std::string all = text.value_or(std::string{});
+    for (const documents::Problem& one : text ? std::vector<documents::Problem>{} : text.error()) {
+      all += to_string(one).substr(folder_.string().size() + 1) + "\n";
+    }
+    return all;
+  };
+  EXPECT_THAT(told("Door.fidl"), HasSubstr("\ninterfaces: [" + (folder_ / "Door.fidl").string() + ", " +
+                                           (folder_ / "Door.fdepl").string() + "]\ngenerate: all\n"));
+  write("Bad.fidl", "package car\ninterface Bad {\n  attribute Bolean locked\n}\n");
+  EXPECT_THAT(told("Bad.fidl"), testing::StartsWith("Bad.fidl:3:13: error: "));
+  write("Empty.fidl", "package car\n");
+  EXPECT_EQ(told("Empty.fidl"),
+            "Empty.fidl: error: is an interface description with nothing that a bridge can carry\n");
+  write("Poly.fidl",
+        "package car\ninterface Poly {\n  version { major 1 minor 0 }\n  struct S polymorphic { UInt8 a }\n"
+        "  broadcast b { out { S s } }\n}\n");
+  EXPECT_THAT(
+      told("Poly.fidl"),
+      testing::AllOf(HasSubstr("Poly.fidl: warning: interfaces: not carried: car.Poly.S: a polymorphic "
+                               "structure\n"),
+                     testing::EndsWith("\nPoly.fidl: error: is an interface description with nothing "
+                                       "that a bridge can carry\n")));
+  // Ids have no types. JSON without them may be anything, such as a configuration of a bridge.
+  write("ids.json", R"({"services": [{"service": "0x1234", "instance": "1"}]})");
+  EXPECT_THAT(
+      told("ids.json"),
+      testing::StartsWith("ids.json: error: is a configuration of vsomeip, which has ids and no types"));
+  write("bad.json", R"({"services": [)");
+  EXPECT_THAT(told("bad.json"), testing::StartsWith("bad.json:1:15: error: "));
+  write("bridge.json", R"({"someip": {"address": "127.0.0.1"}, "generate": "all"})");
+  EXPECT_FALSE(is_description((folder_ / "bridge.json").string()));
+  EXPECT_FALSE(is_description((folder_ / "none.fidl").string()));
 }
 
 }  // namespace
