@@ -61,7 +61,8 @@ class Pinger {
 
   explicit Pinger(const PathOptions& options)
       : side_{options, "there", "back", [this](dds::Sample sample) { inbox_.put(std::move(sample)); }},
-        window_{options.window} {
+        window_{options.window},
+        period_ns_{options.rate_hz > 0 ? static_cast<std::int64_t>(second_ns / options.rate_hz) : 0} {
     cloud_.width = std::max(options.bytes / point_bytes, 1U);
     cloud_.point_bytes = point_bytes;
     cloud_.data.resize(std::size_t{cloud_.width} * point_bytes, std::byte{0x5a});
@@ -74,12 +75,18 @@ class Pinger {
 
   [[nodiscard]] std::size_t bytes() const noexcept { return cloud_.data.size(); }
 
-  /// Fills the window, and waits until a cloud comes back, or is taken for lost after `limit_ns`.
+  /// Fills the window, as far as the rate allows it, and waits until a cloud comes back, is taken for lost
+  /// after `limit_ns`, or another one is due.
   void step(std::int64_t limit_ns, const Done& done) {
-    while (under_way_.size() < window_) {
+    for (std::int64_t now = monotonic_ns(); under_way_.size() < window_ && now >= due_ns_;
+         now = monotonic_ns()) {
+      due_ns_ = std::max(due_ns_, now) + period_ns_;  // what was held up is not caught up with
       send(limit_ns);
     }
-    const std::int64_t until = under_way_.front().lost_at_ns;
+    std::int64_t until = under_way_.size() < window_ ? due_ns_ : std::numeric_limits<std::int64_t>::max();
+    if (!under_way_.empty()) {
+      until = std::min(until, under_way_.front().lost_at_ns);
+    }
     stopped_ = signals_.wait_until(until);
     for (const Inbox::Received& one : inbox_.take()) {
       const auto cloud = decode(one.sample.cdr());
@@ -123,6 +130,8 @@ class Pinger {
   Side side_;
   Cloud cloud_;
   std::size_t window_;
+  std::int64_t period_ns_;
+  std::int64_t due_ns_ = 0;     ///< of the next one
   std::deque<Ping> under_way_;  ///< ordered by number
   std::int64_t number_ = 0;
   bool stopped_ = false;
@@ -136,7 +145,9 @@ std::optional<Result> measure_path(const PathOptions& options,
   Result result;
   result.what = "bridge";
   result.transport = "dds";
-  result.how = fmt::format("{} under way, half of the way there and back", options.window);
+  result.how =
+      fmt::format("{}{} under way, half of the way there and back",
+                  options.rate_hz > 0 ? fmt::format("{} a second, ", options.rate_hz) : "", options.window);
   result.payload_bytes = pinger.bytes();
 
   // Discovery takes time on every part of the path; clouds that are sent earlier are lost.

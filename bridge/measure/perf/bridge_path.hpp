@@ -20,15 +20,16 @@ struct PathOptions {
   std::string topic = "/perf";
   std::uint32_t bytes = 65536;  ///< of the clouds' data; rounded down to whole points of 16
   std::uint32_t window = 1;     ///< clouds under way at a time, up to max_path_window
+  double rate_hz = 0;           ///< clouds a second at most; 0: as many as the window allows
   Duration warm_up{};
   Duration measured{};
   Duration patience{};  ///< for the first sample to come back; and for a later one, at most a second
   std::function<void(const std::string& line)> warn{};  ///< of what may spoil the figures; empty: nobody
 };
 
-/// Sends clouds, a further one whenever there is room in the window, and counts half of the time until they
-/// are back as latency. What is not back after a second is lost. Blocks SIGINT and SIGTERM in the calling
-/// thread; either of them ends it.
+/// Sends clouds, a further one whenever there is room in the window and the rate allows it, and counts half
+/// of the time until they are back as latency. What is not back after a second is lost. Blocks SIGINT and
+/// SIGTERM in the calling thread; either of them ends it.
 /// @return nothing when no sample came back.
 /// @throws dds::DdsError
 [[nodiscard]] std::optional<Result> measure_path(const PathOptions& options,

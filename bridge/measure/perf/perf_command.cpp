@@ -305,10 +305,12 @@ void add_bridge(CLI::App& perf, int& status) {
       ->check(CLI::Range(std::uint32_t{16}, perf::max_event_bytes));
   cli::option(*command, "--window", options->path.window, "N", "Messages under way at a time",
               CLI::Range(std::uint32_t{1}, perf::max_path_window));
+  cli::option(*command, "--rate", options->path.rate_hz, "HZ",
+              "Messages a second at most; 0: as many as the window allows", cli::number_between(0, 1e6));
   options->time.add_to(*command, "For the first message to come back");
   options->output.add_to(*command);
   for (const char* of_who_measures :
-       {"--size", "--window", "--seconds", "--warm-up", "--timeout", "--json", "--plot"}) {
+       {"--size", "--window", "--rate", "--seconds", "--warm-up", "--timeout", "--json", "--plot"}) {
     reflect->excludes(command->get_option(of_who_measures));
   }
   command->callback([options, &status] { status = measure_bridge(*options); });

@@ -244,6 +244,17 @@ class Bridge(unittest.TestCase):
             self.assertGreater(2 * most_at_a_time(measured), 2)  # each takes its latency twice
         self.assertEqual(far.returncode, 0)
 
+    def test_samples_go_at_the_rate_that_is_wanted(self):
+        with running("perf", "bridge", "--reflect", *self.WHERE) as far:
+            done = subprocess.run([TRESTLE, "perf", "bridge", *self.WHERE, "--json", "--size", "1000", "--window", "8", "--rate", "50",
+                                   "--seconds", "0.5", "--timeout", "30"],
+                                  capture_output=True, text=True, timeout=PATIENCE, check=False)
+        self.assertEqual((done.returncode, of_others(done.stderr), far.returncode), (0, "", 0))
+        figures = json.loads(done.stdout)
+        self.assertEqual(figures["how"], "50 a second, 8 under way, half of the way there and back")
+        # Beside those that were under way before. Without a limit there are thousands a second.
+        self.assertLessEqual(figures["sent"], 50 * figures["seconds"] + 9)
+
     def test_the_examples_are_a_way_that_can_be_measured(self):
         def own(text):
             """With addresses, domains and topics of this process alone."""
@@ -345,6 +356,7 @@ class Failing(unittest.TestCase):
             (["perf", "bridge", "--domain", "233"], "--domain"),
             (["perf", "bridge", "--size", "15"], "--size"),
             (["perf", "bridge", "--reflect", "--size", "1MB"], "--reflect excludes --size"),
+            (["perf", "bridge", "--rate", "-1"], "--rate"),
             (["perf", "bridge", "--json", "--reflect"], "--reflect excludes --json"),
         ]:
             with self.subTest(arguments):
