@@ -24,6 +24,12 @@ struct Options {
   bool shared_memory = false;
   bool synchronous = false;  ///< the thread that writes a sample of DDS sends it, too
   bool busy = false;         ///< looks for what comes over and over, and does not wait for it
+  bool batches = true;       ///< sendmmsg, else a call of sendto for each datagram
+  sockaddr_in own{};  ///< a client's address with its own service discovery: the server is a SOME/IP stack
+  std::uint64_t messages = 200;  ///< to wait for
+  double reads = 0;              ///< MB/s at most; 0: as fast as it can
+  bool vsomeip = false;          ///< the stack is not Trestle
+  double rate = 0;               ///< messages a second
 };
 
 /// A descriptor that is closed at the end.
@@ -76,7 +82,9 @@ void serve_flood(const Options& options);
 void receive_flood(const Options& options);
 void serve_tp(const Options& options);
 void receive_tp(const Options& options);
+void receive_silent(const Options& options);
 void reflect_dds(const Options& options);
 void ping_dds(const Options& options);
+void publish_dds(const Options& options);
 
 }  // namespace trestle::floor

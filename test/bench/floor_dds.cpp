@@ -5,11 +5,14 @@
 // sends as well, else a thread of DDS does. Both are measured, and the quicker one is the floor of a DDS hop.
 #include <unistd.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <cstdio>
+#include <cstdlib>
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <random>
 #include <thread>
 
 #include "dds_adapter/fastdds_compat.hpp"
@@ -32,6 +35,59 @@ struct Received {
 
   [[nodiscard]] ByteView bytes() const { return samples[0].received; }
 };
+
+// All of these are those of dds_adapter/, whose writers are synchronous up to 300 KB.
+constexpr std::uint32_t buffer_bytes = 16U << 20U;
+constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
+constexpr std::uint32_t shared_message_bytes = 16U << 20U;
+constexpr std::int32_t depth = 10;
+
+fast::DomainParticipantQos participant_qos(bool shared_memory) {
+  fast::DomainParticipantQos qos;
+  qos.transport().use_builtin_transports = false;
+  const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  udp->interfaceWhiteList.emplace_back("127.0.0.1");
+  udp->sendBufferSize = buffer_bytes;
+  udp->receiveBufferSize = buffer_bytes;
+  qos.transport().user_transports.push_back(udp);
+  if (shared_memory) {
+    const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
+    shared->segment_size(shared_memory_bytes);
+    shared->max_message_size(shared_message_bytes);
+    qos.transport().user_transports.push_back(shared);
+  }
+  return qos;
+}
+
+fast::DataWriterQos writer_qos(bool synchronous) {
+  fast::DataWriterQos qos;
+  qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  qos.history().depth = depth;
+  qos.resource_limits().max_samples = depth;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = depth;
+  qos.resource_limits().allocated_samples = 1;
+  qos.publish_mode().kind = synchronous ? fast::SYNCHRONOUS_PUBLISH_MODE : fast::ASYNCHRONOUS_PUBLISH_MODE;
+  qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
+  fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
+  fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
+  return qos;
+}
+
+fast::DataReaderQos reader_qos() {
+  fast::DataReaderQos qos;
+  qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+  qos.history().depth = depth;
+  qos.resource_limits().max_samples = 0;
+  qos.resource_limits().max_instances = 1;
+  qos.resource_limits().max_samples_per_instance = 0;
+  qos.resource_limits().allocated_samples = depth;
+  qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
+  qos.data_sharing().off();
+  fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
+  return qos;
+}
 
 /// Both ends of the two topics, "there" and "back".
 class Peer final : private fast::DataReaderListener {
@@ -78,60 +134,9 @@ class Peer final : private fast::DataReaderListener {
   }
 
  private:
-  // All of these are those of dds_adapter/, whose writers are synchronous up to 300 KB.
-  static constexpr std::uint32_t buffer_bytes = 16U << 20U;
-  static constexpr std::uint32_t shared_memory_bytes = 128U << 20U;
-  static constexpr std::uint32_t shared_message_bytes = 16U << 20U;
-  static constexpr std::int32_t depth = 10;
-
-  static fast::DomainParticipantQos participant_qos(bool shared_memory) {
-    fast::DomainParticipantQos qos;
-    qos.transport().use_builtin_transports = false;
-    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    udp->interfaceWhiteList.emplace_back("127.0.0.1");
-    udp->sendBufferSize = buffer_bytes;
-    udp->receiveBufferSize = buffer_bytes;
-    qos.transport().user_transports.push_back(udp);
-    if (shared_memory) {
-      const auto shared = std::make_shared<eprosima::fastdds::rtps::SharedMemTransportDescriptor>();
-      shared->segment_size(shared_memory_bytes);
-      shared->max_message_size(shared_message_bytes);
-      qos.transport().user_transports.push_back(shared);
-    }
-    return qos;
-  }
   fast::Topic* topic(const char* name, const fast::TypeSupport& type) const {
     return participant_->create_topic(name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
   }
-  static fast::DataWriterQos writer_qos(bool synchronous) {
-    fast::DataWriterQos qos;
-    qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-    qos.history().depth = depth;
-    qos.resource_limits().max_samples = depth;
-    qos.resource_limits().max_instances = 1;
-    qos.resource_limits().max_samples_per_instance = depth;
-    qos.resource_limits().allocated_samples = 1;
-    qos.publish_mode().kind = synchronous ? fast::SYNCHRONOUS_PUBLISH_MODE : fast::ASYNCHRONOUS_PUBLISH_MODE;
-    qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-    qos.data_sharing().off();
-    fast::set_heartbeat_period(qos, fast::Duration{0, 50'000'000});
-    fast::set_nack_delay(qos, fast::Duration{0, 1'000'000});
-    return qos;
-  }
-  static fast::DataReaderQos reader_qos() {
-    fast::DataReaderQos qos;
-    qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
-    qos.history().depth = depth;
-    qos.resource_limits().max_samples = 0;
-    qos.resource_limits().max_instances = 1;
-    qos.resource_limits().max_samples_per_instance = 0;
-    qos.resource_limits().allocated_samples = depth;
-    qos.endpoint().history_memory_policy = fast::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
-    qos.data_sharing().off();
-    fast::set_heartbeat_delay(qos, fast::Duration{0, 1'000'000});
-    return qos;
-  }
-
   void on_data_available(fast::DataReader* reader) override {
     for (;;) {
       auto received = std::make_unique<Received>();
@@ -165,6 +170,11 @@ class Peer final : private fast::DataReaderListener {
   std::deque<std::unique_ptr<Received>> waiting_;
 };
 
+/// As programs of ROS 2 name them.
+constexpr const char* cloud_type = "sensor_msgs::msg::dds_::PointCloud2_";
+constexpr const char* cloud_topic = "rt/clouds";
+constexpr std::size_t encapsulation = 4;
+
 }  // namespace
 
 void reflect_dds(const Options& options) {
@@ -186,7 +196,6 @@ void ping_dds(const Options& options) {
   }
   Figures figures;
   figures.bytes = options.bytes;
-  constexpr std::size_t encapsulation = 4;
   std::vector<std::byte> bytes(encapsulation + options.bytes, std::byte{0x5a});
   bytes[0] = bytes[2] = bytes[3] = std::byte{0};
   bytes[1] = std::byte{1};  // little-endian CDR
@@ -216,6 +225,57 @@ void ping_dds(const Options& options) {
   }
   figures.seconds = options.seconds;
   figures.print();
+}
+
+/// `rate` samples a second on topic /clouds, to who reads it; what they hold is noise, of which compression
+/// makes no less.
+void publish_dds(const Options& options) {
+  auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
+      options.domain, participant_qos(options.shared_memory));
+  fast::TypeSupport type{new RawType{cloud_type}};
+  type.register_type(participant);
+  fast::DataWriter* writer =
+      participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT)
+          ->create_datawriter(participant->create_topic(cloud_topic, cloud_type, fast::TOPIC_QOS_DEFAULT),
+                              writer_qos(options.synchronous));
+  fast::PublicationMatchedStatus readers;
+  for (int i = 0; i < 1000 && readers.current_count == 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds{10});
+    writer->get_publication_matched_status(readers);
+  }
+  if (readers.current_count == 0) {
+    std::fputs("trestle_floor: nobody reads\n", stderr);
+    std::exit(1);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds{300});  // until the reader knows us, too
+
+  std::vector<std::byte> bytes(encapsulation + options.bytes);
+  std::minstd_rand noise{1};
+  std::ranges::generate(bytes, [&] { return static_cast<std::byte>(noise() >> 16U); });
+  bytes[0] = bytes[2] = bytes[3] = std::byte{0};
+  bytes[1] = std::byte{1};  // little-endian CDR
+  const ByteView slice{bytes};
+  RawSample sample;
+  sample.slices = {&slice, 1};
+  sample.size = bytes.size();
+  Figures figures;
+  figures.bytes = options.bytes;
+  const std::int64_t start = now_ns();
+  const auto count = static_cast<std::uint64_t>(options.seconds * options.rate);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::int64_t due = start + static_cast<std::int64_t>(static_cast<double>(i) / options.rate * 1e9);
+    std::this_thread::sleep_for(std::chrono::nanoseconds{due - now_ns()});
+    if (fast::is_ok(writer->write(&sample, fast::HANDLE_NIL))) {
+      ++figures.received;  // by DDS, that is
+    } else {
+      ++figures.lost;
+    }
+  }
+  figures.seconds = std::max(options.seconds, static_cast<double>(now_ns() - start) / 1e9);
+  writer->wait_for_acknowledgments(fast::Duration{5, 0});
+  figures.print();
+  std::fflush(stdout);
+  std::_Exit(0);  // with what DDS has
 }
 
 }  // namespace trestle::floor

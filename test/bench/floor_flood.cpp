@@ -1,7 +1,7 @@
 // Datagrams one way, as many as the system takes: the floor of calls in flight and of small events, and with
 // full ones of the bare TP loop.
-// Each with a buffer of its own (sendmmsg, recvmmsg), or as trains that the system takes apart (UDP_SEGMENT)
-// and hands over whole (UDP_GRO). The first bytes of each are its number.
+// Each with a buffer of its own (sendmmsg or sendto, recvmmsg), or as trains that the system takes apart
+// (UDP_SEGMENT) and hands over whole (UDP_GRO). The first bytes of each are its number.
 #include <netinet/udp.h>
 #include <sys/socket.h>
 
@@ -25,6 +25,7 @@ constexpr std::size_t train_room = 65536;
 struct Request {
   double seconds = 0;
   bool segmentation = true;
+  bool batches = true;
 };
 
 /// Buffers for `count` messages.
@@ -71,6 +72,17 @@ class Sender {
     }
   }
 
+  void send_one_by_one(std::int64_t end) {
+    std::vector<std::byte> datagram(bytes_);
+    const auto* to = reinterpret_cast<const sockaddr*>(&to_);
+    while (now_ns() < end) {
+      for (std::size_t i = 0; i < batch; ++i) {
+        number(datagram.data());
+        check(sendto(socket_.fd(), datagram.data(), datagram.size(), 0, to, sizeof to_), "sendto");
+      }
+    }
+  }
+
   void send_trains(std::int64_t end) {
     const std::size_t train = std::min(most_in_train, most_bytes_in_train / bytes_);
     std::vector<std::byte> datagrams(train * bytes_);
@@ -102,7 +114,8 @@ class Receiver {
   }
 
   void run() {
-    const Request request{options_.seconds + static_cast<double>(warm_up_ns) / 1e9, options_.segmentation};
+    const Request request{options_.seconds + static_cast<double>(warm_up_ns) / 1e9, options_.segmentation,
+                          options_.batches};
     ask(socket_, &request, sizeof request);
     start_ = now_ns() + warm_up_ns;
     if (options_.segmentation) {
@@ -182,8 +195,10 @@ void serve_flood(const Options& options) {
     Sender sender{socket, from, options.bytes};
     if (request.segmentation) {
       sender.send_trains(end);
-    } else {
+    } else if (request.batches) {
       sender.send_each(end);
+    } else {
+      sender.send_one_by_one(end);
     }
   }
 }

@@ -15,7 +15,7 @@ struct Role {
   std::string_view name;
   void (*run)(const Options&);
 };
-constexpr std::array<Role, 10> roles{{{"serve-udp", trestle::floor::serve_udp},
+constexpr std::array<Role, 12> roles{{{"serve-udp", trestle::floor::serve_udp},
                                       {"ping-udp", trestle::floor::ping_udp},
                                       {"serve-tcp", trestle::floor::serve_tcp},
                                       {"ping-tcp", trestle::floor::ping_tcp},
@@ -23,13 +23,25 @@ constexpr std::array<Role, 10> roles{{{"serve-udp", trestle::floor::serve_udp},
                                       {"receive-flood", trestle::floor::receive_flood},
                                       {"serve-tp", trestle::floor::serve_tp},
                                       {"receive-tp", trestle::floor::receive_tp},
+                                      {"receive-silent", trestle::floor::receive_silent},
                                       {"reflect-dds", trestle::floor::reflect_dds},
-                                      {"ping-dds", trestle::floor::ping_dds}}};
+                                      {"ping-dds", trestle::floor::ping_dds},
+                                      {"publish-dds", trestle::floor::publish_dds}}};
+
+/// ADDRESS, or ADDRESS:PORT.
+bool read_address(sockaddr_in& address, const std::string& text) {
+  const auto colon = text.find(':');
+  address.sin_family = AF_INET;
+  address.sin_port =
+      htons(static_cast<std::uint16_t>(colon == std::string::npos ? 0 : std::atoi(text.c_str() + colon + 1)));
+  return inet_pton(AF_INET, text.substr(0, colon).c_str(), &address.sin_addr) == 1;
+}
 
 int usage() {
   std::fputs(
       "Usage: trestle_floor ROLE [at=ADDRESS:PORT] [bytes=N] [window=N] [seconds=S] [segmentation=0]\n"
-      "                     [domain=N] [shared_memory=1] [synchronous=1] [busy=1]\nRoles:",
+      "                     [domain=N] [shared_memory=1] [synchronous=1] [busy=1] [batches=0]\n"
+      "                     [own=ADDRESS] [messages=N] [reads=MB_PER_SECOND] [vsomeip=1] [rate=HZ]\nRoles:",
       stderr);
   for (const Role& role : roles) {
     std::fprintf(stderr, " %s", role.name.data());
@@ -40,11 +52,10 @@ int usage() {
 
 bool set(Options& options, std::string_view name, const std::string& value) {
   if (name == "at") {
-    const auto colon = value.find(':');
-    options.at.sin_family = AF_INET;
-    options.at.sin_port = htons(static_cast<std::uint16_t>(std::atoi(value.c_str() + colon + 1)));
-    return colon != std::string::npos &&
-           inet_pton(AF_INET, value.substr(0, colon).c_str(), &options.at.sin_addr) == 1;
+    return value.find(':') != std::string::npos && read_address(options.at, value);
+  }
+  if (name == "own") {
+    return read_address(options.own, value);
   }
   if (name == "bytes") {
     options.bytes = std::strtoul(value.c_str(), nullptr, 10);
@@ -62,6 +73,16 @@ bool set(Options& options, std::string_view name, const std::string& value) {
     options.synchronous = value != "0";
   } else if (name == "busy") {
     options.busy = value != "0";
+  } else if (name == "batches") {
+    options.batches = value != "0";
+  } else if (name == "messages") {
+    options.messages = std::strtoul(value.c_str(), nullptr, 10);
+  } else if (name == "reads") {
+    options.reads = std::strtod(value.c_str(), nullptr);
+  } else if (name == "vsomeip") {
+    options.vsomeip = value != "0";
+  } else if (name == "rate") {
+    options.rate = std::strtod(value.c_str(), nullptr);
   } else {
     return false;
   }

@@ -5,7 +5,7 @@
 
 #include <cerrno>
 
-#include "test/bench/floor.hpp"
+#include "test/bench/floor_sd.hpp"
 
 namespace trestle::floor {
 namespace {
@@ -75,14 +75,26 @@ void serve_udp(const Options& options) {
   }
 }
 
+/// With an address of its own (own=) it calls the echo of `trestle perf server`, by a request that is made by
+/// hand.
 void ping_udp(const Options& options) {
   const Socket socket{SOCK_DGRAM};
   std::vector<std::byte> bytes(options.bytes);
-  const auto* to = reinterpret_cast<const sockaddr*>(&options.at);
+  sockaddr_in at = options.at;
+  if (options.own.sin_family != 0) {
+    constexpr std::uint16_t echo = 1;
+    constexpr std::uint8_t request = 0;
+    const RemoteService service = Discovery{options.own, options.at}.find();
+    at = service.at;
+    socket.bind(options.own);
+    bytes = someip_message(service, echo, request, std::span{bytes}.subspan(someip_header_bytes));
+  }
+  std::vector<std::byte> answer(bytes.size());
+  const auto* to = reinterpret_cast<const sockaddr*>(&at);
   measure(options, [&] {
-    check(sendto(socket.fd(), bytes.data(), bytes.size(), 0, to, sizeof options.at), "sendto");
+    check(sendto(socket.fd(), bytes.data(), bytes.size(), 0, to, sizeof at), "sendto");
     return brought(options, "recv",
-                   [&](int flags) { return recv(socket.fd(), bytes.data(), bytes.size(), flags); }) > 0;
+                   [&](int flags) { return recv(socket.fd(), answer.data(), answer.size(), flags); }) > 0;
   });
 }
 

@@ -1,5 +1,5 @@
 """The goals of `./run bench`, as ratios within one run."""
-from measures import CLOUDS, FULL, LARGE_CALLS, POINTS, SIZES, WIRE, middle, series
+from measures import CLOUDS, FULL, LARGE_CALLS, POINTS, READERS, SILENT, SIZES, WATCHED, WATCHED_RATE, WIRE, middle, series
 
 
 def ns(value):
@@ -128,6 +128,19 @@ def lost_in_words(values, **names):
     return "lost: " + ", ".join(found.values()) if found else ""
 
 
+def silent(values, name, what):
+    """vsomeip is in the place of a floor, where it was measured."""
+    ours, theirs = (series(values, f"{stack}silent {name}", "megabytes_per_second") for stack in ("", "vsomeip "))
+    is_there = middle(theirs) is not None
+    took = middle(series(values, f"silent {name}", "latency_ns", "p50"))
+    lost, received = (series(values, f"silent {name}", key) for key in ("lost", "received"))
+    sent = sum(number or 0 for number in lost + received)
+    return [Goal(f"{what}: rate, over vsomeip's", megabytes, theirs, ours, at_least=1.3 if is_there else None,
+                 remark="; ".join(["vsomeip is not installed: no goal"] * (not is_there) + (
+                     [f"first to last segment {ns(took)} (p50)"] if took else []))),
+            Goal(f"{what}: lost", "{:,.0f}".format, None, lost, limit=0, lost=lost, remark=f"of {sent:,} messages in all rounds")]
+
+
 def communication(values):
     def at(name, *path):
         return series(values, name, *path)
@@ -168,6 +181,17 @@ def communication(values):
         Goal(f"events 64 B, received: over trains of {WIRE} B", per_second, rate("trains floor"), rate("events 64 B"),
              remark=lost_beside_trains),
     ]
+    rows += [
+        Goal("events 64 B, one `notify()` a handler, received: over a loop of sendto", per_second, rate("sendto floor"),
+             rate("events a turn"), at_least=0.9,
+             remark=lost_in_words(values, floor="sendto floor", ours="events a turn")),
+        Goal("the same, no UDP_SEGMENT: over a loop of sendto", per_second, rate("sendto floor"),
+             rate("events a turn unsegmented"), remark=lost_in_words(values, ours="events a turn unsegmented")),
+        Goal("UDP call 64 B, p50, all on one core, both ends Trestle", ns, floor_of("core floor", "p50"),
+             latency("core call", "p50"), at_most=1.25, lost=lost_of("core call")),
+        Goal("UDP call 64 B, p50, all on one core, a bare client", ns, floor_of("core floor", "p50"),
+             latency("core bare client", "p50"), lost=lost_of("core bare client")),
+    ]
     rows += [Goal(f"{kind.upper()} call 64 B, p50, both ends polling", ns, floor_of(f"{kind} busy floor", "p50"),
                   latency(f"{kind} busy call", "p50"), lost=lost_of(f"{kind} busy call")) for kind in ("udp", "tcp")]
     for size in LARGE_CALLS:
@@ -175,6 +199,12 @@ def communication(values):
                          latency(f"udp call {size}", "p50"), lost=lost_of(f"udp call {size}")))
         rows.append(Goal(f"TCP call {size}, p50", ns, floor_of(f"tcp floor {size}", "p50"), latency(f"tcp call {size}", "p50"),
                          lost=lost_of(f"tcp call {size}")))
+    for size in LARGE_CALLS:
+        rows.append(Goal(f"UDP echo {size} of a program without options, one host, p50", ns, both_ways(f"echo transfer {size}"),
+                         latency(f"echo {size}", "p50"), at_most=1.3 if size == "1 MB" else None, lost=lost_of(f"echo {size}")))
+    for size in SILENT:
+        for reader in READERS:
+            rows += silent(values, f"{size} {reader}", f"events of {size} to a silent receiver that {reader}")
     rows.append(Goal(f"bare TP loop 1 MB: over trains of {FULL} B, received", megabytes,
                      at("bulk floor", "megabytes_per_second"), at("tp floor rate 1 MB", "megabytes_per_second"),
                      remark=lost_in_words(values, floor="bulk floor")))
@@ -231,6 +261,7 @@ def paths(values):
         times, remark = floor(size, "shared ")
         rows.append(Goal(f"the bridges by UDP, hops by shared memory {size}, default pacing", ns, times, p50(f"path paced {size}"),
                          remark=remark))
+    rows += looked_at(values)
     for kind, words in ("idle", "alone"), ("idle beside", "with a subscription"):
         rows.append(Goal(f"idle node {words}, memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None,
                          series(values, kind, "resident_kb"), limit=6 * 1024))
@@ -240,6 +271,29 @@ def paths(values):
         rows.append(Goal(f"idle node {words}, wake-ups beside SD", "{:.2f} /s".format, None, wakeups, limit=0))
     rows.append(Goal("start to first event", ns, None, series(values, "first event", "first_event_ns"), limit=30e6))
     return rows
+
+
+def looked_at(values):
+    """The floor is the same without a console."""
+    def at(name, *path):
+        return series(values, name, *path)
+
+    def lost(*names):
+        return [number for name in names for number in at(name, "lost")]
+
+    more = [None if None in pair else pair[1] - pair[0]
+            for pair in zip(at("path unseen", "resident_kb"), at("path seen", "resident_kb"))]
+    recorded = middle([seen and seen["recorded"] for seen in at("path watched", "viewer")])
+    return [
+        Goal(f"two bridges {WATCHED}, with a console and nobody looking: CPU time a message", ns, at("path unseen", "cpu_ns"),
+             at("path seen", "cpu_ns"), at_most=1.01, lost=lost("path unseen", "path seen")),
+        Goal("a bridge with a console and nobody looking: more memory (RSS)", lambda kb: f"{kb / 1024:.1f} MB", None, more,
+             limit=2 * 1024),
+        Goal(f"two bridges {WATCHED} at {WATCHED_RATE} /s, with a viewer and a record of 32 MB/s: p50", ns,
+             at("path unwatched", "latency_ns", "p50"), at("path watched", "latency_ns", "p50"), at_most=1.05,
+             lost=lost("path unwatched", "path watched"), remark=f"{recorded * SIZES[WATCHED] / 1e6:,.0f} MB recorded" if recorded else ""),
+        Goal("`trestle record` of clouds of 4 MB to a tmpfs: over what is published", megabytes, at("record", "published"),
+             at("record", "megabytes_per_second"), at_least=1, lost=lost("record"))]
 
 
 NESTED = {"transforms": "TFMessage of 1000", "path": "Path of 1000 poses",

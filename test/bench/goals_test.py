@@ -79,9 +79,30 @@ class Goals(unittest.TestCase):
         flood = {"per_second": 1000.0, "received": 90, "lost": 10}
         values = {"flood floor": [flood] * 2, "trains floor": [{**flood, "lost": 0}] * 2,
                   "events 64 B": [{**flood, "received": 30, "lost": 10}] * 2}
-        rows = {row.what: row.cells()[-1] for row in goals.communication(values) if row.what.startswith("events")}
+        rows = {row.what: row.cells()[-1] for row in goals.communication(values) if row.what.startswith("events 64 B, received")}
         self.assertEqual(rows, {"events 64 B, received: over sendmmsg": "met; lost: floor 10 %, ours 25 %",
                                 "events 64 B, received: over trains of 80 B": "lost: floor nothing, ours 25 %"})
+
+    def test_a_silent_receiver_is_to_miss_nothing_and_vsomeip_has_to_be_there_for_a_ratio(self):
+        whole = {"megabytes_per_second": 130.0, "lost": 0, "received": 200, "latency_ns": {"p50": 8e6}}
+        name, what = "1 MB reads 200 MB/s", "events of 1 MB to a silent receiver that reads 200 MB/s: "
+        for theirs, lost, rate, verdict in (
+                (None, 0, "vsomeip is not installed: no goal; first to last segment 8 ms (p50)", "met; of 600 messages in all rounds"),
+                (100.0, 0, "met; first to last segment 8 ms (p50)", "met; of 600 messages in all rounds"),
+                (101.0, 1, "**missed**; first to last segment 8 ms (p50)", "**missed**; 1 lost; of 600 messages in all rounds")):
+            values = {f"silent {name}": [whole, {**whole, "lost": lost, "received": 200 - lost}, whole]}
+            if theirs:
+                values[f"vsomeip silent {name}"] = [{**whole, "megabytes_per_second": theirs, "lost": 50}] * 3
+            rows = {row.what: row.cells()[-1] for row in goals.communication(values)}
+            self.assertEqual((rows[what + "rate, over vsomeip's"], rows[what + "lost"]), (rate, verdict))
+
+    def test_being_looked_at_costs_a_hundredth_and_two_megabytes_at_most(self):
+        def used(cpu_ns, kb):
+            return [{"cpu_ns": cpu_ns, "resident_kb": kb, "lost": 0}] * 3
+
+        for cpu_ns, kb, verdicts in (101_000, 32_048, [True, True]), (101_001, 32_049, [False, False]):
+            rows = goals.looked_at({"path unseen": used(100_000, 30_000), "path seen": used(cpu_ns, kb)})
+            self.assertEqual([row.met for row in rows[:2]], verdicts)
 
     def test_the_slowest_size_counts(self):
         values = {f"checkpoints {size}": [{"to_someip_ns": size / 1000 + i, "to_cdr_ns": 10 + i} for i in range(100)]

@@ -8,6 +8,8 @@ import tempfile
 import time
 
 PATIENCE = 30  # seconds for what should be over long before
+# A stack has an address of its own: "a" of side a, "a2" for the second one there.
+NUMBERS = ("", *map(str, range(2, 13)))
 
 
 class Failed(Exception):
@@ -15,7 +17,7 @@ class Failed(Exception):
 
 
 class Lab:
-    """Two sides, "a" where servers run and "b" where clients run, with seven addresses each."""
+    """Two sides, "a" where servers run and "b" where clients run, with twelve addresses each."""
 
     def __init__(self):
         self.spaces = {}
@@ -29,9 +31,10 @@ class Lab:
             own = f"127.{1 + (os.getpid() >> 8) % 254}.{os.getpid() & 255}."
             self.place = "two addresses of loopback"
         self.priority = self._become_real_time()
-        # A stack has an address of its own: "a" of side a, "a2" for the second one there.
         self.address = {side + number: f"{own}{host + 2 * i}" for side, host in (("a", 1), ("b", 2))
-                        for i, number in enumerate(("", "2", "3", "4", "5", "6", "7"))}
+                        for i, number in enumerate(NUMBERS)}
+        # Of two programs on one host, both of them at side b.
+        self.loopback = ("127.0.0.1", "127.0.0.2") if self.spaces else (self.address["b10"], self.address["b8"])
 
     @staticmethod
     def _become_real_time():
@@ -48,7 +51,7 @@ class Lab:
         commands = [f"ip netns add {names[side]}" for side in "ab"]
         commands += [f"ip link add {links['a']} netns {names['a']} type veth peer name {links['b']} netns {names['b']}"]
         for side, host in ("a", 1), ("b", 2):
-            settings = [f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(7)]
+            settings = [f"address add 10.83.7.{host + 2 * i}/24 dev {links[side]}" for i in range(len(NUMBERS))]
             settings += [f"link set {links[side]} up", "link set lo up", f"route add 224.0.0.0/4 dev {links[side]}"]
             commands += [f"ip -n {names[side]} {setting}" for setting in settings]
         for command in commands:
@@ -97,6 +100,21 @@ class Lab:
         if done.returncode:
             raise Failed(f"{' '.join(map(str, command))}: {done.stderr.strip() or done.returncode}")
         return json.loads(done.stdout)
+
+    @staticmethod
+    def on_one_core(*command):
+        """A program and whatever else is started like this share a core."""
+        return ["taskset", "-c", max(os.sched_getaffinity(0)), *command]
+
+    @staticmethod
+    def cpu_ns(process):
+        """Of all its threads, also those that have ended."""
+        return time.clock_gettime_ns(~process.pid << 3 | 2)  # its CPU clock: clock_getcpuclockid(3)
+
+    @staticmethod
+    def resident_kb(process):
+        with open(f"/proc/{process.pid}/status", encoding="ascii", errors="replace") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmRSS:"))
 
     def stop_all(self):
         for process in list(self.processes):

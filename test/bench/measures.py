@@ -16,7 +16,14 @@ FULL = 1472  # bytes of a datagram that fills a frame of Ethernet
 SERVICE = "0x7e57.1"
 SERVICE_2 = "0x7e57.2"  # without UDP segmentation offload
 SERVICE_3 = "0x7e57.3"  # that polls
+SERVICE_4 = "0x7e57.4"  # on one core with its client
+SD = 30490  # the port of service discovery
+# Of events to a receiver that tells nothing of itself: bytes and messages a round, and how many MB/s it reads.
+SILENT = {"1 MB": (1 << 20, 200), "4 MB": (4 << 20, 50)}
+READERS = {"reads 200 MB/s": 200, "reads as fast as it can": 0}
 BUSY = ["--busy-poll", 1_000_000]  # as long as anything is measured
+WATCHED = "64 KB"  # of bridges that somebody looks at
+WATCHED_RATE = 250  # messages a second, there and back: a record of 32 MB/s
 CONVERSIONS = "point_cloud|image|float_array|laser_scan|transforms|path|markers|diagnostics|objects"
 
 
@@ -33,6 +40,7 @@ class Measures:
         self.preload = {"LD_PRELOAD": str(programs["no_segmentation"])}
         self.seconds = 0.15 if quick else 0.3
         self.rate_seconds = 0.15 if quick else 0.5
+        self.silent_share = 0.2 if quick else 1
         self.rest = 0.1
         self.backwards = False  # ours before the floors
         self.lab = place or lab.Lab()
@@ -80,15 +88,26 @@ class Measures:
             self.start_floor(role, port, size)
         for service, address, environment in (SERVICE, "a", {}), (SERVICE_2, "a2", self.preload):
             self.start_server(service, address, environment=environment)
+        self.lab.start("b", self.programs["floor"], "serve-tp", f"at={self.lab.loopback[0]}:5010")
+        self.lab.start("b", self.programs["node"], "echo", self.lab.loopback[0])
         lab.settle()
 
-    def start_floor(self, role, port, size, *options):
-        return self.lab.start("a", self.programs["floor"], role, f"at={self.lab.address['a']}:{port}", f"bytes={size}",
-                              *options)
+    def start_floor(self, role, port, size, *options, wrap=lambda *command: command):
+        return self.lab.start("a", *wrap(self.programs["floor"], role, f"at={self.lab.address['a']}:{port}", f"bytes={size}",
+                                         *options))
 
-    def start_server(self, service, address, *options, environment=None):
-        return self.lab.start("a", self.programs["trestle"], "perf", "server", service, "--address",
-                              self.lab.address[address], "--quiet", *options, environment=environment)
+    def start_server(self, service, address, *options, environment=None, wrap=lambda *command: command):
+        return self.lab.start("a", *wrap(self.programs["trestle"], "perf", "server", service, "--address",
+                                         self.lab.address[address], "--quiet", *options), environment=environment)
+
+    def with_server(self, start, client):
+        """For its turn alone."""
+        server = start()
+        lab.settle()
+        try:
+            return client()
+        finally:
+            self.lab.stop(server)
 
     def small(self):
         """Calls and events of 64 bytes."""
@@ -109,21 +128,64 @@ class Measures:
 
     def busy(self):
         """Calls again, of two that do not wait but look. Each server takes a core, and so is there only for its turn."""
-        def with_server(start, client):
-            server = start()
-            lab.settle()
-            try:
-                return client()
-            finally:
-                self.lab.stop(server)
-
         for kind, port in ("udp", 5008), ("tcp", 5009):
-            self.in_turn((f"{kind} busy floor", lambda: with_server(
+            self.in_turn((f"{kind} busy floor", lambda: self.with_server(
                              lambda: self.start_floor(f"serve-{kind}", port, WIRE, "busy=1"),
                              lambda: self.floor_client(f"ping-{kind}", port, bytes=WIRE, busy=1))),
-                         (f"{kind} busy call", lambda: with_server(
+                         (f"{kind} busy call", lambda: self.with_server(
                              lambda: self.start_server(SERVICE_3, "a5", *BUSY),
                              lambda: self.perf_client("--size", 64, *BUSY, *["--tcp"] * (kind == "tcp"), busy=True))))
+
+    def one_core(self):
+        """Calls of two on one core: what both ends take is all of it, and nobody is waked up elsewhere."""
+        pinned, address = self.lab.on_one_core, self.lab.address
+        seconds = f"seconds={self.seconds}"
+
+        def bare(*options):
+            return self.lab.run("b", *pinned(self.programs["floor"], "ping-udp", f"bytes={WIRE}", seconds, *options))
+
+        def start_server():
+            return self.start_server(SERVICE_4, "a10", wrap=pinned)
+
+        self.in_turn(("core floor", lambda: self.with_server(
+                         lambda: self.start_floor("serve-udp", 5011, WIRE, wrap=pinned), lambda: bare(f"at={address['a']}:5011"))),
+                     ("core bare client", lambda: self.with_server(
+                         start_server, lambda: bare(f"at={address['a10']}:{SD}", f"own={address['b9']}"))),
+                     ("core call", lambda: self.with_server(
+                         start_server, lambda: self.lab.run("b", *pinned(
+                             self.programs["trestle"], "perf", "client", SERVICE_4, "--json", "--address", address["b8"],
+                             "--seconds", self.seconds, "--warm-up", "0.1", "--size", 64)))))
+
+    def newcomers(self):
+        """What programs do that give no option: an echo between two processes of one host, over UDP in segments, and an
+        event at a time, each from a handler of its own."""
+        address, node, (server, client) = self.lab.address, self.programs["node"], self.lab.loopback
+        for name in LARGE_CALLS:
+            size = SIZES[name]
+            self.in_turn((f"echo transfer {name}", lambda: self.lab.run(
+                             "b", self.programs["floor"], "receive-tp", f"at={server}:5010", f"bytes={size}", "window=1",
+                             f"seconds={self.seconds}")),
+                         (f"echo {name}", lambda: self.lab.run("b", node, "call", client, size, self.seconds)))
+
+        def events(environment):
+            return self.lab.run("b", node, "count", address["b8"], self.rate_seconds, environment=environment)
+
+        self.in_turn(("sendto floor", lambda: self.floor_client("receive-flood", 5003, self.rate_seconds, bytes=WIRE,
+                                                                segmentation=0, batches=0)),
+                     ("events a turn", lambda: self.with_server(
+                         lambda: self.lab.start("a", node, "notify", address["a8"]), lambda: events({}))),
+                     ("events a turn unsegmented", lambda: self.with_server(
+                         lambda: self.lab.start("a", node, "notify", address["a8"], environment=self.preload),
+                         lambda: events(self.preload))))
+
+    def silent(self, name, server, *options):
+        """Events to a receiver of which the sender knows nothing, with pacing and buffers as they are without options."""
+        for size, (size_bytes, messages) in SILENT.items():
+            for reader, reads in READERS.items():
+                self.take(f"{name} {size} {reader}", lambda: self.lab.run(
+                    "b", self.programs["floor"], "receive-silent", f"at={self.lab.address[server]}:{SD}",
+                    f"own={self.lab.address['b9']}", f"bytes={size_bytes}", f"messages={round(messages * self.silent_share)}",
+                    f"reads={reads}", *options, patience=60))
 
     def transfer(self, size, under_way, seconds, segmentation=1):
         """Bare TP."""

@@ -1,5 +1,5 @@
 // A Node alone, without DDS: what it takes when nothing happens, and how soon after its start the first event
-// of a service comes that has long been there.
+// of a service comes that has long been there; and programs as newcomers write them.
 #include <sys/resource.h>
 
 #include <boost/asio/io_context.hpp>
@@ -12,6 +12,7 @@
 
 #include "sd/net/handles.hpp"
 #include "someip/net/address_text.hpp"
+#include "test/bench/newcomer.hpp"
 
 namespace {
 
@@ -107,17 +108,31 @@ void idle(const sd::NodeConfig& config, double seconds) {
 int main(int argc, char** argv) try {
   const std::string role = argc > 2 ? argv[1] : "";
   const auto address = argc > 2 ? trestle::someip::parse_address(argv[2]) : std::nullopt;
-  if (!address || (role != "serve" && role != "first-event" && role != "idle")) {
-    std::fputs("Usage: trestle_node serve|first-event|idle ADDRESS [SECONDS]\n", stderr);
-    return 2;
-  }
-  const sd::NodeConfig config{.address = *address};
-  if (role == "serve") {
+  const auto number = [&](int place, double otherwise) {
+    return argc > place ? std::atof(argv[place]) : otherwise;
+  };
+  const sd::NodeConfig config{.address = address.value_or(IpAddress{})};
+  if (address && role == "serve") {
     serve(config);
-  } else if (role == "first-event") {
+  } else if (address && role == "first-event") {
     first_event(config);
+  } else if (address && role == "idle") {
+    idle(config, number(3, 5));
+  } else if (address && role == "echo") {
+    trestle::newcomer::serve_echo(config);
+  } else if (address && role == "call") {
+    trestle::newcomer::call_echo(config, static_cast<std::size_t>(number(3, 64)), number(4, 1));
+  } else if (address && role == "notify") {
+    trestle::newcomer::serve_events(config);
+  } else if (address && role == "count") {
+    trestle::newcomer::count_events(config, number(3, 1));
   } else {
-    idle(config, argc > 3 ? std::atof(argv[3]) : 5);
+    std::fputs(
+        "Usage: trestle_node serve|first-event|echo|notify ADDRESS\n"
+        "       trestle_node idle|count ADDRESS [SECONDS]\n"
+        "       trestle_node call ADDRESS [BYTES [SECONDS]]\n",
+        stderr);
+    return 2;
   }
   return 0;
 } catch (const std::exception& error) {

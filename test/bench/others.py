@@ -73,3 +73,4 @@ class Vsomeip:
             take(f"rate {name}", client("events", size, window(size), seconds=rate))
         # With no limit its queue would grow, and be there still when the next thing is measured.
         take("events 64 B", client("events", 64, 256, seconds=rate))
+        self.measures.silent("vsomeip silent", "a4", "vsomeip=1")

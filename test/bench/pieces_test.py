@@ -20,7 +20,8 @@ import report
 MICRO = sys.argv.pop()
 FIGURES = {"latency_ns": {"count": 100, "p50": 10_000, "p99": 20_000, "max": 30_000}, "per_second": 1000.0,
            "megabytes_per_second": 100.0, "received": 100, "lost": 0, "resident_kb": 5000, "seconds": 5.0, "wakeups": 11,
-           "discovery_datagrams": 10, "first_event_ns": 6_000_000, "histogram": "long"}
+           "discovery_datagrams": 10, "first_event_ns": 6_000_000, "histogram": "long", "payload_bytes": 1000}
+VIEWER = {"received": 9, "lost": 0, "recorded": 500}
 ABOUT = {"date": "2000-01-01", "command": "./run bench", "rounds": 2, "place": "a test", "priority": "with none",
          "cpu": "no core", "kernel": "0", "compiler": "none", "load": "0.1"}
 ROUNDS = 2
@@ -31,14 +32,34 @@ class Nowhere:
 
     def __init__(self):
         self.address = {side + number: f"192.0.2.{i}" for i, (side, number) in
-                        enumerate((side, number) for side in "ab" for number in ("", "2", "3", "4", "5", "6", "7"))}
+                        enumerate((side, number) for side in "ab" for number in lab.NUMBERS)}
+        self.loopback = "192.0.2.101", "192.0.2.102"
         self.commands = []
         self.failing = None
         self.failures = None  # how often; nothing: always
         self.micro = None
+        self.recorded = b"100 messages in bag_0.mcap\n"
+        self.viewer = VIEWER
+        self.cpu = 0
 
-    def start(self, side, *command, **_options):
+    def start(self, side, *command, stdout=None, **_options):
         self.commands.append((side, *map(str, command)))
+        if "record" in command:
+            stdout.write(self.recorded)
+        elif stdout:
+            stdout.write(json.dumps(self.viewer).encode())
+
+    @staticmethod
+    def on_one_core(*command):
+        return ["taskset", *command]
+
+    def cpu_ns(self, _process):
+        self.cpu += 1000
+        return self.cpu
+
+    @staticmethod
+    def resident_kb(_process):
+        return 20_000
 
     def stop(self, _process):
         self.commands.append(("stop",))
@@ -83,14 +104,19 @@ class Pieces(unittest.TestCase):
             cls.taken.backwards = number % 2 == 1
             cls.taken.small()
             cls.taken.busy()
+            cls.taken.one_core()
+            cls.taken.newcomers()
             cls.taken.large()
+            cls.taken.silent("silent", "a")
             ways.round()
+            ways.looked_at()
+            ways.record()
             vsomeip.round()
             cls.taken.conversion()
         ways.clouds()
         ways.nodes()
-        for holder in ways, vsomeip:
-            holder.folder.cleanup()
+        for holder in ways.folder, ways.memory, vsomeip.folder:
+            holder.cleanup()
         cls.rows = goals.communication(cls.taken.values) + goals.paths(cls.taken.values) + goals.conversion(
             cls.taken.values)
 
@@ -108,7 +134,7 @@ class Pieces(unittest.TestCase):
                 is_way = row.what.startswith(("DDS, SOME/IP, DDS ", "the same 64", "the same 256", "the same 1 MB", "the same 4 MB",
                                               "the bridges by UDP"))
                 times = (3 if is_way and (" 64 KB" in row.what or " 256 KB" in row.what) else
-                         2 if is_way or "no UDP_SEGMENT" in row.what else 1)
+                         2 if is_way or ("TP " in row.what and "no UDP_SEGMENT" in row.what) or "CPU time" in row.what else 1)
                 self.assertEqual(len(row.ratios), ROUNDS * times, row.what)
 
     def test_every_other_round_goes_the_other_way_about(self):
@@ -177,6 +203,43 @@ class Pieces(unittest.TestCase):
         for line in text.splitlines():
             if line.startswith("|"):
                 self.assertTrue(line.endswith("|"), line)
+
+    def test_the_report_begins_with_what_people_choose_by(self):
+        lines = report.text_of(self.taken.values, ABOUT).splitlines()
+        first = [line for line in lines if line.startswith("|")]
+        self.assertEqual(first[0], "| p50, or what is received | between two of ours | to others | vsomeip | floor |")
+        self.assertIn("| events of 1 MB, default pacing | 100 MB/s | 100 MB/s | 100 MB/s; to others 100 MB/s | 100 MB/s |", first)
+        self.assertLess(lines.index(first[0]), lines.index("## How it is measured"))
+        self.assertIn("| UDP call 64 B, both ends sleep in between |  |  |  |  |", report.chooser({}))
+
+    def ways(self):
+        taken = measures.Measures(self.taken.programs, quick=True, place=Nowhere())
+        taken.rest = 0
+        ways = paths.Paths(taken)
+        self.addCleanup(ways.folder.cleanup)
+        self.addCleanup(ways.memory.cleanup)
+        return ways, taken
+
+    def test_a_record_that_misses_something_is_no_record(self):
+        for text, lost, rate in ((b"100 messages in bag\n", 0, 100), (b"90 messages in bag\n", 10, 90),
+                                 (b"99 messages in bag\n7 messages came faster than the disk took them (queue_full)\n", 7, 99),
+                                 (b"98 messages in bag\n2 were lost before (dds_lost)\n", 2, 98)):
+            ways, taken = self.ways()
+            ways.lab.recorded = text
+            ways.record()
+            value, = taken.values["record"]
+            self.assertEqual((value["lost"], value["megabytes_per_second"], value["published"]), (lost, rate, 100))
+            row = goals.looked_at(taken.values)[-1]
+            self.assertEqual(row.met, lost == 0)
+
+    def test_who_sees_nothing_is_no_viewer(self):
+        for viewer, failed in (VIEWER, False), ({**VIEWER, "received": 0}, True), ({**VIEWER, "lost": 1}, True), (
+                {**VIEWER, "recorded": 0}, True), (None, True):
+            ways, taken = self.ways()
+            ways.lab.viewer = viewer
+            ways.looked_at()
+            self.assertEqual(taken.values["path watched"][0] is None, failed)
+            self.assertEqual([fault.partition(":")[0] for fault in taken.faults], ["path watched"] * failed)
 
     def test_the_drawings_are_drawn(self):
         clouds = {name: 3 * found for name, found in self.taken.values.items() if name.startswith("checkpoints ")}

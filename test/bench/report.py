@@ -6,10 +6,17 @@ import subprocess
 
 import drawings
 import goals
-from measures import CLOUDS, SIZES, median
+from measures import CLOUDS, LARGE_CALLS, SILENT, SIZES, median
 
-HEADING = """# Performance
+TITLE = """# Performance
 
+For people who choose; what each row is, and all others, stands below. "Floor" is what the system itself takes or gives for the
+same bytes. "To others" has a peer that is no Trestle, or a program without any option, and nothing set on our side.
+
+"""
+
+HEADING = """
+## How it is measured
 Written by `./run bench`, which measures floors and Trestle alternately in one run. Absolute times depend on the machine; the
 ratios are what counts. A *floor* is what the system itself needs for the same bytes: loops of bare system calls, memcpy,
 plain Fast DDS ([test/bench](../test/bench)). "Ours" is measured by `trestle perf` ([tools.md](tools.md)), from call to answer
@@ -20,6 +27,53 @@ ratios of all rounds, and "rounds" shows the smallest and the largest of them (o
 Where some rounds met a goal and others missed it, the last column says how many. A round in which a floor lost something
 counts as failed. Rows that scatter more are measured twice a round (without UDP_SEGMENT, two bridges) or three times (two
 bridges, up to 256 KB).
+
+"""
+
+REPEAT = """To repeat a row, on loopback (`10.83.7.x` in two network namespaces, `127.0.0.x` here); after `./run bench` the programs are
+in `build/bench/bridge` and `build/bench/test/bench`:
+
+```sh
+trestle perf server --address 127.0.0.1 &
+trestle perf client --address 127.0.0.2                                             # UDP call 64 B
+trestle perf client --address 127.0.0.2 --in-flight 32                              # calls, 32 in flight
+trestle perf client --address 127.0.0.2 --events --window 0                         # events 64 B
+trestle perf client --address 127.0.0.2 --events --size 1MB                         # TP event, default pacing
+trestle perf client --address 127.0.0.2 --events --size 1MB --window 2              # TP sustained
+trestle_floor receive-silent at=127.0.0.1:30490 own=127.0.0.3 bytes=1048576 reads=200   # a silent receiver
+taskset -c 1 trestle perf server 0x7e57.4 --address 127.0.0.4 &                     # all on one core
+taskset -c 1 trestle perf client 0x7e57.4 --address 127.0.0.2
+taskset -c 1 trestle_floor ping-udp at=127.0.0.4:30490 own=127.0.0.3                # with a bare client
+trestle_node echo 127.0.0.5 &
+trestle_node call 127.0.0.2 1048576                                                 # UDP echo of a program without options
+trestle_node notify 127.0.0.6 &
+trestle_node count 127.0.0.2                                                        # events, one `notify()` a handler
+trestle_floor serve-flood at=127.0.0.1:5003 bytes=80 &
+trestle_floor receive-flood at=127.0.0.1:5003 bytes=80 segmentation=0 batches=0     # and a loop of sendto
+trestle record -o /dev/shm/bag --config FILE.yaml &                                 # with `dds: {domain: 84}`
+trestle_floor publish-dds domain=84 bytes=4000000 rate=100 seconds=2
+```
+
+"""
+
+FOREIGN = """The **silent receiver** is a program without any part of Trestle ([floor_silent.cpp](../test/bench/floor_silent.cpp)): it
+subscribes by hand-made bytes that tell nothing of its socket, which has the buffer that Linux gives to everybody (208 KB), and
+puts segments together by their offsets. The sender is `trestle perf server` without an option. What "reads 200 MB/s" works
+on each segment for as long as that takes. vsomeip, where it is installed, sends to the same receiver, with four messages under
+way. The **echo** and **one `notify()` a handler** are programs as [application.md](application.md) has them
+([newcomer.cpp](../test/bench/newcomer.cpp)): a method without `ServiceSpec::segmented`, called through a Proxy without a
+subscription by another process of the same host (to another host such a server sends no large answers, see
+`unproven_answer_bytes`). On **one core** (`taskset`) server and client share a core; the bare client sends a request of hand-made
+bytes to the echo of `trestle perf server`.
+
+"""
+
+LOOKED_AT = """Two pairs of bridges are compared for what it costs to be **looked at**, one of them with `console` (page, metrics, Foxglove) in
+both bridges. CPU time is that of both bridges, user and kernel, divided by the messages that came back; the memory is that of
+the larger one. Counters and histograms of a bridge cannot be switched off, and are in both. The viewer speaks Foxglove's
+protocol and gets each cloud of one topic; the record, begun by the console, has all topics. Both pairs then carry the same 250
+messages a second. `trestle record` has a bare publisher of Fast DDS beside it, whose samples are noise, which no compression
+makes smaller.
 
 """
 
@@ -177,8 +231,50 @@ def clouds(values):
                   "share"], rows)
 
 
+def chooser(values):
+    """Few rows, in words of who asks."""
+    def shown(show, name, *path):
+        number = median(values, name, *path)
+        return "" if number is None else show(number)
+
+    def p50(name):
+        return shown(goals.ns, name, "latency_ns", "p50")
+
+    def rate(name):
+        return rate_text(values, name) or ""
+
+    def per_second(name):
+        return shown(goals.per_second, name, "per_second")
+
+    def of(rows, what):
+        row = next(row for row in rows if row.what == what)
+        return "" if row.ours is None else row.show(row.ours), "" if row.floor is None else row.show(row.floor)
+
+    def of_vsomeip(size):
+        both = [rate(f"vsomeip rate {size}"), rate(f"vsomeip silent {size} {reader}")]
+        return "; to others ".join(both) if all(both) else both[0] or both[1]
+
+    ways, reader = goals.paths(values), "reads as fast as it can"
+    rows = [["UDP call 64 B, both ends sleep in between", p50("udp call"), "", p50("vsomeip udp call"), p50("udp floor")],
+            ["the same on one core", p50("core call"), p50("core bare client"), "", p50("core floor")],
+            ["TCP call 64 B", p50("tcp call"), "", p50("vsomeip tcp call"), p50("tcp floor")],
+            *[[f"UDP call {size}", p50(f"udp call {size}"), p50(f"echo {size}"), "",
+               shown(lambda one_way: goals.ns(2 * one_way), f"transfer {size}", "latency_ns", "p50")] for size in LARGE_CALLS],
+            ["calls, 32 in flight", per_second("calls 32"), "", per_second("vsomeip calls 32"), per_second("flood floor")],
+            ["events 64 B, one `notify()` a handler", per_second("events a turn"), "", "", per_second("sendto floor")],
+            ["events 64 B, as many as there can be", per_second("events 64 B"), "", per_second("vsomeip events 64 B"),
+             per_second("flood floor")],
+            *[[f"events of {size}, default pacing", rate(f"tp paced rate {size}"), rate(f"silent {size} {reader}"),
+               of_vsomeip(size), rate(f"tp floor rate {size}")] for size in SILENT]]
+    for size in "64 KB", "1 MB", "4 MB":
+        ours, floor = of(ways, f"DDS, SOME/IP, DDS {size}, p50, default pacing")
+        rows.append([f"DDS, SOME/IP, DDS, {size}, one way", ours, "", "", floor])
+    rows.append(["memory of an idle node", of(ways, "idle node alone, memory (RSS)")[0], "", "", ""])
+    return table(["p50, or what is received", "between two of ours", "to others", "vsomeip", "floor"], rows)
+
+
 def text_of(values, about):
-    text = HEADING
+    text = TITLE + chooser(values) + HEADING
     text += (f"Measured {about['date']} with `{about['command']}`, {about['rounds']} rounds, medians over the rounds,\n"
              f"in {about['place']},\n{about['priority']}.\n{about['cpu']}; Linux {about['kernel']}; {about['compiler']}; "
              f"load average {about['load']} before the start.\n\n")
@@ -188,11 +284,11 @@ def text_of(values, about):
     if about.get("stolen", 0) > 2:
         text += (f"**The machine is a virtual one, whose host took {about['stolen']} % of the time that there was work for.** "
                  "It stands still then,\nwhich makes the ratios uncertain and the highest latencies long.\n\n")
-    text += "## Calls and events\n" + goal_table(goals.communication(values))
+    text += REPEAT + "## Calls and events\n" + FOREIGN + goal_table(goals.communication(values))
     text += "\n" + latency_table(values, TRANSFERS) + "\n" + rates(values)
     text += "\n![latency of calls by size](performance/calls.svg)\n"
     text += "\n![latency of events by size](performance/latency.svg)\n" + vsomeip(values)
-    text += "\n## Through two bridges, and nodes alone\n" + PATHS + goal_table(goals.paths(values))
+    text += "\n## Through two bridges, and nodes alone\n" + PATHS + LOOKED_AT + goal_table(goals.paths(values))
     text += "\n" + latency_table(values, HOPS) + "\n![latency by size](performance/bridges.svg)\n"
     text += "\n" + CLOUDS_TEXT + clouds(values)
     text += "\n![conversion time](performance/conversion.svg)\n\n![share of conversion](performance/share.svg)\n"
