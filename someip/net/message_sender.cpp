@@ -76,7 +76,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   State(boost::asio::io_context& context, UdpSocket& via, std::size_t max_bytes, Duration collecting)
       : io{context},
         socket{&via},
-        lanes{max_bytes},
+        lanes{max_bytes, context},
         collect_for{collecting},
         timer{context},
         collect_timer{context} {}

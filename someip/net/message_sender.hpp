@@ -31,7 +31,7 @@ class MessageSender {
   /// @param socket  outlives the sender, and has no other one.
   /// @param max_queued_bytes  payload that may wait for its turn; beyond it messages are dropped. Each
   ///                          message that waits counts some hundred bytes more, for its place. Memory for
-  ///                          copies of what waits is kept up to as many bytes.
+  ///                          copies of what waits is kept up to as many bytes, for a second or two.
   /// @param collect_for  how long a small message may wait for others to the same receiver, to share one
   ///                     datagram with them; 0: each has one of its own.  [feat_req_someip_741]
   MessageSender(boost::asio::io_context& io, UdpSocket& socket,

@@ -80,6 +80,9 @@ class SendLanes {
   /// @param max_bytes  of payload that may wait, and of the places that messages take while they do. Of the
   ///                   memory for copies as much is kept when nothing waits.
   explicit SendLanes(std::size_t max_bytes) noexcept : max_bytes_{max_bytes}, copies_{max_bytes} {}
+  /// @param io  has the timer by which unused memory for copies goes back.
+  SendLanes(std::size_t max_bytes, boost::asio::io_context& io)
+      : max_bytes_{max_bytes}, copies_{max_bytes, io} {}
 
   /// In turn: each lane is served before one is served again.
   [[nodiscard]] std::list<SendLane>& all() noexcept { return lanes_; }

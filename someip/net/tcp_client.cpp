@@ -208,7 +208,7 @@ struct TcpClient::State : std::enable_shared_from_this<State> {
 
   boost::asio::io_context& io;
   TcpClientOptions options;
-  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes);
+  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes, io);
   Handlers handlers;
   boost::asio::posix::stream_descriptor connecting;
   boost::asio::steady_timer timer;

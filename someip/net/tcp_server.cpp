@@ -379,7 +379,7 @@ struct TcpServer::State : std::enable_shared_from_this<State> {
 
   boost::asio::io_context& io;
   TcpServerOptions options;
-  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes);
+  std::shared_ptr<CopyPool> copies = std::make_shared<CopyPool>(options.tcp.max_queued_bytes, io);
   boost::asio::posix::stream_descriptor listener;
   boost::asio::steady_timer retry;
   boost::asio::steady_timer idle_timer;

@@ -28,7 +28,7 @@ struct TcpOptions {
   /// What all connections that have it may take together for messages that come; none: no bound.
   std::shared_ptr<ReceiveBudget> receive_budget = nullptr;
   /// Bytes that may wait to be sent; a message beyond them is dropped. Of the memory for copies of them, a
-  /// client or a server keeps as much for the next ones.
+  /// client or a server keeps as much for the next ones, for a second or two.
   std::size_t max_queued_bytes = std::size_t{64} << 20U;
   /// What may wait to be sent over all connections that have it together: see there; none: no bound.
   std::shared_ptr<SendBudget> send_budget = nullptr;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/asio/io_context.hpp>
 #include <utility>
 
 namespace trestle::someip::copy_pool_test {
@@ -64,6 +65,42 @@ TEST(CopyPool, KeepsNoMoreThanCanBeLookedAt) {
     pool.give_back(std::move(memory));
   }
   EXPECT_EQ(pool.kept_bytes(), 640U);
+}
+
+// Of a burst nothing is left when it has been quiet; what is used again and again stays.
+TEST(CopyPool, DropsWhatWasNotUsedSinceItWasAskedToBefore) {
+  CopyPool pool{1'000'000};
+  std::vector<std::byte> first = pool.take(1000);
+  pool.give_back(pool.take(3000));
+  pool.give_back(std::move(first));
+  pool.drop_unused();
+  EXPECT_EQ(pool.kept_bytes(), 4000U) << "it was used just before";
+  pool.give_back(pool.take(1000));
+  pool.drop_unused();
+  EXPECT_EQ(pool.kept_bytes(), 1000U);
+  pool.drop_unused();
+  EXPECT_EQ(pool.kept_bytes(), 0U);
+}
+
+TEST(CopyPool, GivesAllBackWhenItIsQuiet) {
+  boost::asio::io_context io;
+  CopyPool pool{1'000'000, io, std::chrono::milliseconds{1}};
+  pool.give_back(pool.take(3000));
+  io.run();  // until there is nothing to be waited for
+  EXPECT_EQ(pool.kept_bytes(), 0U);
+  pool.give_back(pool.take(3000));
+  io.restart();
+  io.run();
+  EXPECT_EQ(pool.kept_bytes(), 0U);
+}
+
+TEST(CopyPool, EndsBeforeItIsQuiet) {
+  boost::asio::io_context io;
+  {
+    CopyPool pool{1'000'000, io};
+    pool.give_back(pool.take(3000));
+  }
+  io.run();
 }
 
 }  // namespace
