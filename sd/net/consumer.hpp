@@ -31,6 +31,8 @@ class Consumer {
                                                            std::shared_ptr<const void> keep_alive,
                                                            ResponseHandler& handler);
   bool cancel(CallId call);
+  /// Whether a request with so many bytes of payload would be dropped now, as too much waits.
+  [[nodiscard]] bool is_full_for(RequirementId id, const CallSpec& spec, std::size_t bytes);
   bool send(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive);
 

@@ -99,6 +99,20 @@ std::optional<CallFault> Consumer::transmit_bytes(const CallPath& route, const R
                                                                 : CallFault::not_connected;
 }
 
+bool Consumer::is_full_for(RequirementId id, const CallSpec& spec, std::size_t bytes) {
+  const auto requirement = find(id);
+  bytes += requirement ? requirement->e2e.added_bytes(spec.method) : 0;
+  const auto way = requirement ? route(*requirement, spec, bytes) : std::nullopt;
+  if (!way) {
+    return false;
+  }
+  if (way->target.transport == Transport::udp) {
+    return call_port_->sender.is_full_for(way->target.server, bytes);
+  }
+  const auto connection = connections_.find(way->target.server);
+  return connection != connections_.end() && connection->second.client->is_full_for(bytes);
+}
+
 CallId Consumer::call(RequirementId id, const CallSpec& spec, std::span<const ByteView> payload,
                       std::shared_ptr<const void> keep_alive, ResponseHandler handler) {
   const auto started = try_call(id, spec, payload, std::move(keep_alive), handler);

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "sd/net/node.hpp"
+#include "sd/net/room.hpp"
 #include "someip/net/parameters.hpp"
 
 /// What an application holds of a Node: it ends when the object does. The Node must outlive it.
@@ -30,6 +31,19 @@ class Offer {
   /// Gives a field a value, and tells its subscribers if that is a new one.
   Notified set(someip::MethodId field, ByteView value) const {
     return node_->set_field(handle_, field, value);
+  }
+  /// Waits until there is room for an event of so many bytes, as Node::when_room(). May be called on any
+  /// thread while the io_context runs, unlike all else here.
+  /// @param token  what is to be done then, as everywhere in Asio: a function of an error_code, called later;
+  ///               boost::asio::use_future, use_awaitable and so on. See RoomSignature.
+  template <typename Token>
+  auto room(someip::MethodId event, std::size_t bytes, Token&& token) const {
+    return async_room(
+        node_->io(),
+        [node = node_, offer = handle_, event, bytes](std::function<void()> told) {
+          node->when_room(offer, event, bytes, std::move(told));
+        },
+        std::forward<Token>(token));
   }
   /// For the other functions of Node.
   [[nodiscard]] OfferHandle handle() const noexcept { return handle_; }

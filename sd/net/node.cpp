@@ -20,6 +20,7 @@
 #include "sd/net/link_watch.hpp"
 #include "sd/net/provider.hpp"
 #include "sd/net/rare_line.hpp"
+#include "sd/net/room_watch.hpp"
 #include "sd/net/shielded.hpp"
 #include "sd/net/withheld_services.hpp"
 #include "someip/net/address_text.hpp"
@@ -157,6 +158,7 @@ struct Node::State : std::enable_shared_from_this<State> {
                 drain();
               }},
         look_timer{io, [this] { look_at_others(); }},
+        room_timer{io, [this] { tell_of_room(); }},
         withheld{config.max_withheld, config.is_way_back_known},
         withheld_timer{io, [this] { look_at_withheld(); }} {
     if (config.gateway_to) {
@@ -555,6 +557,22 @@ struct Node::State : std::enable_shared_from_this<State> {
     }
   }
 
+  void await_room(std::function<bool()> is_full, std::function<void()> told) {
+    if (!told) {
+      throw std::invalid_argument{"when_room: handler: missing"};
+    }
+    rooms.add(std::move(is_full), std::move(told), now());
+    room_timer.arm(rooms.deadline());
+  }
+
+  void tell_of_room() {
+    const auto told = rooms.on_time(now());
+    room_timer.arm(rooms.deadline());
+    for (const auto& tell : told) {
+      shielded(io, tell);
+    }
+  }
+
   // Its subscriptions end.  [feat_req_someipsd_435]
   void on_unreachable(const Endpoint& receiver) {
     ++counters.unreachable;
@@ -583,6 +601,8 @@ struct Node::State : std::enable_shared_from_this<State> {
   DeadlineTimer retry_timer;
   DeadlineTimer timer;
   DeadlineTimer look_timer;
+  RoomWatch rooms;
+  DeadlineTimer room_timer;
   TimePoint next_look{};
   WithheldServices withheld;
   DeadlineTimer withheld_timer;
@@ -657,6 +677,13 @@ Notified Node::notify_some(OfferHandle offer, someip::MethodId event, const Subs
   return state_->provider.notify(offer, event, wanted, payload, keep_alive, pacing);
 }
 
+void Node::when_room(OfferHandle offer, someip::MethodId event, std::size_t bytes,
+                     std::function<void()> told) {
+  state_->await_room([state = state_.get(), offer, event,
+                      bytes] { return state->provider.is_full_for(offer, event, bytes); },
+                     std::move(told));
+}
+
 Notified Node::set_field(OfferHandle offer, someip::MethodId field, ByteView value) {
   return set_field(offer, field, std::make_shared<const std::vector<std::byte>>(value.begin(), value.end()));
 }
@@ -711,6 +738,13 @@ bool Node::cancel(CallId call) {
 bool Node::send(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
                 std::shared_ptr<const void> keep_alive) {
   return state_->consumer.send(requirement, spec, payload, std::move(keep_alive));
+}
+
+void Node::when_room(RequirementId requirement, const CallSpec& spec, std::size_t bytes,
+                     std::function<void()> told) {
+  state_->await_room([state = state_.get(), requirement, spec,
+                      bytes] { return state->consumer.is_full_for(requirement, spec, bytes); },
+                     std::move(told));
 }
 
 SubscriptionId Node::subscribe(const SubscribeSpec& spec, EventHandler handler) {

@@ -80,6 +80,13 @@ class Node {
                        const std::shared_ptr<const void>& keep_alive = nullptr,
                        const someip::TpPacing& pacing = {});
 
+  /// Calls `told` once, as soon as there is room for an event with so many bytes of payload: it would not be
+  /// dropped for a subscriber because too much waits for that one (Notified::no_room). Also when nobody
+  /// subscribes any more, the offer has ended, or there never is room for so much. Offer::room() is the same
+  /// for futures and coroutines.
+  /// @throws std::invalid_argument without a handler.
+  void when_room(OfferHandle offer, someip::MethodId event, std::size_t bytes, std::function<void()> told);
+
   /// Gives a field a value, and sends it to the subscribers if the field's rule says so (FieldSpec::update).
   /// @param field  its getter, setter or notifier.
   /// @throws std::invalid_argument when the service has no such field.
@@ -137,6 +144,13 @@ class Node {
   /// @throws std::invalid_argument for a pacing, as notify().
   bool send(RequirementId requirement, const CallSpec& spec, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
+
+  /// Calls `told` once, as soon as there is room for a request with so many bytes of payload, after one that
+  /// could not be sent: CallFault::not_sent. Also when no server is there any more. Proxy::room() is the same
+  /// for futures and coroutines.
+  /// @throws std::invalid_argument without a handler.
+  void when_room(RequirementId requirement, const CallSpec& spec, std::size_t bytes,
+                 std::function<void()> told);
 
   /// Finds the service, subscribes whenever it is offered, and hands its events to `handler`. Several calls
   /// for one eventgroup, port and protocol share one subscription on the wire.

@@ -394,6 +394,23 @@ void Provider::send_to_receiver(OpenOffer& offer, const Receiver& receiver, cons
                             : offer.udp->sender.send(receiver.to, header, payload, keep_alive,
                                                      with_burst(pacing, receiver.burst));
   ++(taken ? result.subscribers : result.dropped);
+  result.no_room += !taken && is_full_for(offer, receiver, size_of(payload)) ? 1U : 0U;
+}
+
+bool Provider::is_full_for(const OpenOffer& offer, const Receiver& receiver, std::size_t bytes) {
+  return receiver.transport == Transport::tcp ? offer.tcp->server.is_full_for(receiver.to, bytes)
+                                              : offer.udp->sender.is_full_for(receiver.to, bytes);
+}
+
+bool Provider::is_full_for(OfferHandle handle, MethodId event, std::size_t bytes) const {
+  const auto offer = find(handle);
+  if (!offer) {
+    return false;
+  }
+  find_receivers(*offer, event, {});
+  bytes += offer->e2e.added_bytes(event);
+  return std::ranges::any_of(receivers_,
+                             [&](const Receiver& one) { return is_full_for(*offer, one, bytes); });
 }
 
 void Provider::note_slow(const OpenOffer& offer, const Receiver& receiver, const Header& header,

@@ -36,6 +36,9 @@ class Provider {
   Notified notify(OfferHandle offer, someip::MethodId event, const SubscriberFilter& wanted,
                   std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                   const someip::TpPacing& pacing);
+  /// Whether an event with so many bytes of payload would be dropped now for a subscriber for which too much
+  /// waits.
+  [[nodiscard]] bool is_full_for(OfferHandle offer, someip::MethodId event, std::size_t bytes) const;
   [[nodiscard]] bool is_notifier(OfferHandle offer, someip::MethodId event) const;
   using Value = std::shared_ptr<const std::vector<std::byte>>;
   Notified set_field(OfferHandle offer, someip::MethodId field, Value value);
@@ -110,6 +113,7 @@ class Provider {
   void send_to_receiver(OpenOffer& offer, const Receiver& receiver, const someip::Header& header,
                         std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                         const someip::TpPacing& pacing, Notified& result);
+  [[nodiscard]] static bool is_full_for(const OpenOffer& offer, const Receiver& receiver, std::size_t bytes);
   void note_slow(const OpenOffer& offer, const Receiver& receiver, const someip::Header& header,
                  std::size_t overtaken);
   /// A request as it is judged by its header.

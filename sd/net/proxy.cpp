@@ -189,6 +189,14 @@ void Proxy::begin(const std::shared_ptr<State>& state, const std::shared_ptr<Cal
                         }));
 }
 
+void Proxy::when_room(State& state, const CallSpec& spec, std::size_t bytes, std::function<void()> told) {
+  if (state.closed) {  // the Node may be gone, too
+    boost::asio::post(state.io, std::move(told));
+  } else {
+    state.node.when_room(state.requirement, spec, bytes, std::move(told));
+  }
+}
+
 void Proxy::cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>& call) {
   const auto context = state.lock();
   if (!context) {

@@ -9,6 +9,7 @@
 
 #include "sd/net/call_errors.hpp"
 #include "sd/net/node.hpp"
+#include "sd/net/room.hpp"
 #include "someip/net/parameters.hpp"
 #include "someip/net/pool_allocator.hpp"
 
@@ -62,6 +63,19 @@ class Proxy {
   /// Calls a method that gives no response. `keep_alive` as in Node::send().
   /// @return false when the service is not there now, or the request could not be sent.
   bool send(const CallSpec& spec, ByteView payload, std::shared_ptr<const void> keep_alive = nullptr) const;
+
+  /// Waits until there is room for a request of so many bytes, as Node::when_room(): after
+  /// CallFault::not_sent. May be called on any thread while the io_context runs.
+  /// @param token  as in Offer::room().
+  template <typename Token>
+  auto room(const CallSpec& spec, std::size_t bytes, Token&& token) const {
+    return async_room(
+        context_of(*state_),
+        [state = state_, spec, bytes](std::function<void()> told) {
+          when_room(*state, spec, bytes, std::move(told));
+        },
+        std::forward<Token>(token));
+  }
 
   /// The servers that offer it now.
   [[nodiscard]] std::vector<RemoteService> available() const;
@@ -120,6 +134,7 @@ class Proxy {
   [[nodiscard]] static boost::asio::io_context& context_of(const State& state) noexcept;
   [[nodiscard]] static const someip::PoolAllocator<std::byte>& memory_of(const State& state) noexcept;
   static void begin(const std::shared_ptr<State>& state, const std::shared_ptr<Call>& call);
+  static void when_room(State& state, const CallSpec& spec, std::size_t bytes, std::function<void()> told);
   static void cancel(const std::weak_ptr<State>& state, const std::weak_ptr<Call>& call);
 
   std::shared_ptr<State> state_;  ///< none: moved from

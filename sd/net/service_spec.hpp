@@ -131,6 +131,9 @@ struct Notified {
   someip::SessionId session{};  ///< of the message that was sent
   std::size_t subscribers = 0;  ///< endpoints that it was sent to, or queued for
   std::size_t dropped = 0;      ///< those that did not get it, as the counters tell
+  /// Of these, the ones for which too much waits now (NodeConfig::max_queued_bytes): Node::when_room() tells
+  /// when there is room again.
+  std::size_t no_room = 0;
   /// Messages of this event, also this one, that were dropped for a slow subscriber, see EventWait.
   std::size_t overtaken = 0;
 };
@@ -227,7 +230,7 @@ struct OtherEvents {
 enum class CallFault : std::uint8_t {
   unavailable,     ///< nobody offers the service now
   not_connected,   ///< there is no TCP connection to the server now
-  not_sent,        ///< too much waits to be sent, or it is too large, or the system does not take it
+  not_sent,        ///< too much waits (Node::when_room()), it is too large, or the system does not take it
   too_many_calls,  ///< NodeConfig::max_calls are outstanding
   timed_out,       ///< no answer came in time, or the connection was lost meanwhile  [feat_req_someip_326]
   error,           ///< the server answered with an error

@@ -875,6 +875,10 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
   return state.enqueue(to, header, payload, bytes, std::move(keep_alive), pacing);
 }
 
+bool MessageSender::is_full_for(const Endpoint& to, std::size_t bytes) const {
+  return state_->socket != nullptr && state_->lanes.is_full_for(to, bytes);
+}
+
 Room MessageSender::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
   const Room room = state_->lanes.make_room(to, newer, rule);
   state_->counters.overtaken += room.dropped;

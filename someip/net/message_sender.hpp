@@ -50,6 +50,10 @@ class MessageSender {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr, const TpPacing& pacing = {});
 
+  /// Whether a payload of so many bytes for this receiver would be dropped now, because too much waits.
+  /// False for what is larger than all that may wait.
+  [[nodiscard]] bool is_full_for(const Endpoint& to, std::size_t bytes) const;
+
   /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
   /// when too many wait for the receiver, or says that the new one is not to be sent. For a host that nobody
   /// has answered for (Neighbours) it keeps one large message with each Message ID.

@@ -134,41 +134,48 @@ PendingMessage* SendLanes::add(const Endpoint& to, std::span<const ByteView> par
 }
 
 bool SendLanes::make_way(const Endpoint& to, std::size_t bytes) {
-  while (bytes_ > max_bytes_ || bytes > max_bytes_ - bytes_) {
-    std::size_t own = bytes + place_bytes;  // with the new one
-    std::size_t of_address = own;
-    for (const SendLane& lane : lanes_) {
-      own += lane.to == to ? lane.bytes : 0;
-      of_address += lane.to.address == to.address ? lane.bytes : 0;
-    }
-    const bool silent = awaiting(to) != nullptr;
-    const auto gives_way_first = [&](const SendLane& lane) { return lane.host && !silent; };
-    const auto order = [&](const SendLane& lane) {
-      return std::tuple{gives_way_first(lane), lane.share->bytes, lane.bytes};
-    };
-    SendLane* most = nullptr;
-    Queue::iterator oldest;
-    for (SendLane& lane : lanes_) {
-      const bool has_more = lane.to.address == to.address ? lane.bytes > own : lane.share->bytes > of_address;
-      const bool may_give = gives_way_first(lane) || (has_more && (!silent || lane.host));
-      if (!may_give || (most != nullptr && order(lane) <= order(*most))) {
-        continue;
-      }
-      const auto first = std::ranges::find_if(lane.queue, [&](const PendingMessage& one) {
-        return one.may_go() || (gives_way_first(lane) && !one.lent);
-      });
-      if (first != lane.queue.end()) {
-        most = &lane;
-        oldest = first;
-      }
-    }
-    if (most == nullptr) {
+  while (!fits(bytes)) {
+    const Yielding oldest = who_gives_way(to, bytes);
+    if (oldest.lane == nullptr) {
       return false;
     }
-    gave_way_ += oldest->messages;
-    drop(*most, oldest);
+    gave_way_ += oldest.message->messages;
+    drop(*oldest.lane, oldest.message);
   }
   return true;
+}
+
+bool SendLanes::is_full_for(const Endpoint& to, std::size_t bytes) {
+  return bytes <= max_bytes_ && !fits(bytes) && who_gives_way(to, bytes).lane == nullptr;
+}
+
+SendLanes::Yielding SendLanes::who_gives_way(const Endpoint& to, std::size_t bytes) {
+  std::size_t own = bytes + place_bytes;  // with the new one
+  std::size_t of_address = own;
+  for (const SendLane& lane : lanes_) {
+    own += lane.to == to ? lane.bytes : 0;
+    of_address += lane.to.address == to.address ? lane.bytes : 0;
+  }
+  const bool silent = awaiting(to) != nullptr;
+  const auto gives_way_first = [&](const SendLane& lane) { return lane.host && !silent; };
+  const auto order = [&](const SendLane& lane) {
+    return std::tuple{gives_way_first(lane), lane.share->bytes, lane.bytes};
+  };
+  Yielding most;
+  for (SendLane& lane : lanes_) {
+    const bool has_more = lane.to.address == to.address ? lane.bytes > own : lane.share->bytes > of_address;
+    const bool may_give = gives_way_first(lane) || (has_more && (!silent || lane.host));
+    if (!may_give || (most.lane != nullptr && order(lane) <= order(*most.lane))) {
+      continue;
+    }
+    const auto first = std::ranges::find_if(lane.queue, [&](const PendingMessage& one) {
+      return one.may_go() || (gives_way_first(lane) && !one.lent);
+    });
+    if (first != lane.queue.end()) {
+      most = {&lane, first};
+    }
+  }
+  return most;
 }
 
 // Of what has begun to leave, the one datagram went that asks for the host.

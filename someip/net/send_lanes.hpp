@@ -107,6 +107,8 @@ class SendLanes {
   /// @return nothing if so much may not wait.
   [[nodiscard]] PendingMessage* add(const Endpoint& to, std::span<const ByteView> parts, std::size_t bytes,
                                     bool keep);
+  /// Whether add() would give no place to a message of so many bytes for this receiver now, but may later.
+  [[nodiscard]] bool is_full_for(const Endpoint& to, std::size_t bytes);
   /// To be called before add(): makes room as MessageSender::make_room() does. For a host that nobody has
   /// answered for only one large message with each Message ID waits. Call let_go() afterwards, as after
   /// add().
@@ -142,6 +144,15 @@ class SendLanes {
   /// A message in segments with the Message ID of `newer`; end() if there is none.
   [[nodiscard]] static Queue::iterator large_like(Queue& queue, const Header& newer);
   void drop(SendLane& lane, Queue::iterator message);
+  [[nodiscard]] bool fits(std::size_t bytes) const noexcept {
+    return bytes_ <= max_bytes_ && bytes <= max_bytes_ - bytes_;
+  }
+  /// The message that gives way to one of so many bytes for this receiver; no lane: none does.
+  struct Yielding {
+    SendLane* lane = nullptr;
+    Queue::iterator message{};
+  };
+  [[nodiscard]] Yielding who_gives_way(const Endpoint& to, std::size_t bytes);
   /// Whether so many more bytes may wait for this receiver, after others have given way.
   [[nodiscard]] bool make_way(const Endpoint& to, std::size_t bytes);
   void reuse(Queue& from);

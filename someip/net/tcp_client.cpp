@@ -254,6 +254,15 @@ bool TcpClient::send(const Header& header, std::span<const ByteView> payload,
   return false;
 }
 
+bool TcpClient::is_full_for(std::size_t bytes) const noexcept {
+  if (state_->stream && !state_->attempting) {
+    return state_->stream->is_full_for(bytes);
+  }
+  const std::size_t all = state_->options.tcp.max_queued_bytes;
+  return state_->attempting && header_bytes + bytes <= all &&
+         header_bytes + bytes > all - state_->waiting_bytes;
+}
+
 void TcpClient::probe() {
   if (const auto stream = state_->stream; stream && !state_->attempting) {
     stream->probe();

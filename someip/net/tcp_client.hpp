@@ -41,6 +41,9 @@ class TcpClient {
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
+  /// As MessageSender::is_full_for(). False while there is no connection and none is being set up.
+  [[nodiscard]] bool is_full_for(std::size_t bytes) const noexcept;
+
   /// As TcpStream::probe(), while the connection stands.
   void probe();
 

@@ -424,6 +424,11 @@ bool TcpServer::send(const Endpoint& to, const Header& header, std::span<const B
          client->second.stream->send(header, payload, std::move(keep_alive));
 }
 
+bool TcpServer::is_full_for(const Endpoint& to, std::size_t bytes) const {
+  const auto client = state_->clients.find(to);
+  return client != state_->clients.end() && client->second.stream->is_full_for(bytes);
+}
+
 Room TcpServer::make_room(const Endpoint& to, const Header& newer, const WaitRule& rule) {
   const auto client = state_->clients.find(to);
   return client == state_->clients.end() ? Room{} : client->second.stream->make_room(newer, rule);

@@ -63,7 +63,8 @@ class TcpServer {
   bool send(const Endpoint& to, const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
-  /// As that of TcpStream, for the client that is connected from `to`.
+  /// As those of TcpStream, for the client that is connected from `to`.
+  [[nodiscard]] bool is_full_for(const Endpoint& to, std::size_t bytes) const;
   Room make_room(const Endpoint& to, const Header& newer, const WaitRule& rule);
 
   /// A request of this client will be answered later: until then its connection is not taken for idle.

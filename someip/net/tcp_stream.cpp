@@ -38,10 +38,11 @@ constexpr std::size_t max_slices = 64;           // of one system call
 constexpr std::size_t small_bytes = 4096;        // messages up to this size are copied to save a system call
 constexpr std::size_t max_unused_messages = 64;  // places of the queue that are kept for reuse
 constexpr std::size_t message_id_bytes = 4;      // of a header: Service ID and Method ID
+constexpr std::size_t most_head_bytes = 2 * header_bytes;  // a Magic Cookie and the header
 
 /// A message on its way out: a Magic Cookie perhaps, the header, the payload.
 struct Outgoing {
-  std::array<std::byte, 2 * header_bytes> head{};
+  std::array<std::byte, most_head_bytes> head{};
   std::size_t head_start = header_bytes;  ///< 0 with a cookie
   std::size_t payload_bytes = 0;
   std::vector<ByteView> payload{};
@@ -456,6 +457,15 @@ struct TcpStream::State : std::enable_shared_from_this<State> {
     }
   }
 
+  // Whether a message with so much payload may wait. The places of messages count too, so that messages
+  // without payload cannot take unlimited memory.
+  [[nodiscard]] bool admits(std::size_t payload_bytes) const noexcept {
+    const std::size_t bytes = most_head_bytes + payload_bytes;
+    const std::size_t used = queued_bytes.count() + queue.size() * sizeof(Outgoing);
+    return bytes <= options.max_queued_bytes - std::min(used, options.max_queued_bytes) &&
+           queued_bytes.admits(bytes);
+  }
+
   // `sent` bytes of the message have left already.
   void enqueue(const Outgoing& head, std::span<const ByteView> payload,
                std::shared_ptr<const void>&& keep_alive, std::size_t bytes, std::size_t sent) {
@@ -773,11 +783,7 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
   const std::size_t payload_bytes = size_of(payload);
   Outgoing message;
   message.payload_bytes = payload_bytes;
-  const std::size_t most = message.head.size() + payload_bytes;
-  // The places of messages count too, so that messages without payload cannot take unlimited memory.
-  const std::size_t waiting = state.queued_bytes.count() + state.queue.size() * sizeof(Outgoing);
-  if (most > state.options.max_queued_bytes - std::min(waiting, state.options.max_queued_bytes) ||
-      !state.queued_bytes.admits(most)) {
+  if (!state.admits(payload_bytes)) {
     ++state.counters.queue_full;
     if (state.options.queue_is_full) {
       state.options.queue_is_full();
@@ -810,6 +816,11 @@ bool TcpStream::send(const Header& header, std::span<const ByteView> payload,
     state.close_later("there is no memory for a message that has to wait");
   }
   return !state.broken && !state.closed;
+}
+
+bool TcpStream::is_full_for(std::size_t bytes) const noexcept {
+  return !state_->closed && !state_->broken && most_head_bytes + bytes <= state_->options.max_queued_bytes &&
+         !state_->admits(bytes);
 }
 
 Room TcpStream::make_room(const Header& newer, const WaitRule& rule) {

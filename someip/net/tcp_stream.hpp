@@ -103,6 +103,9 @@ class TcpStream {
   bool send(const Header& header, std::span<const ByteView> payload,
             std::shared_ptr<const void> keep_alive = nullptr);
 
+  /// As MessageSender::is_full_for().
+  [[nodiscard]] bool is_full_for(std::size_t bytes) const noexcept;
+
   /// As MessageSender::make_room().
   Room make_room(const Header& newer, const WaitRule& rule);
 

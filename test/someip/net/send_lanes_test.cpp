@@ -384,5 +384,23 @@ TEST_F(SendLanesTest, CountTheMessagesThatAreDropped) {
   EXPECT_EQ(lanes.clear(), 0U);
 }
 
+TEST_F(SendLanesTest, AreFullOnlyForWhomNobodyGivesWay) {
+  const std::vector<std::byte> most(900'000);
+  const std::vector<std::byte> some(300'000);
+  EXPECT_FALSE(lanes.is_full_for(receiver(1), most.size()));
+  ASSERT_NE(add(receiver(1), most), nullptr);
+  EXPECT_TRUE(lanes.is_full_for(receiver(1), some.size()));
+  EXPECT_FALSE(lanes.is_full_for(receiver(1), 100'000));
+  EXPECT_FALSE(lanes.is_full_for(receiver(1), (1U << 20U) + 1)) << "there never is room for so much";
+  EXPECT_FALSE(lanes.is_full_for(receiver(2), some.size())) << "the other one has more";
+  lane(receiver(1)).queue.front().begun = true;
+  EXPECT_TRUE(lanes.is_full_for(receiver(2), some.size())) << "what has begun to leave gives no way";
+  EXPECT_EQ(add(receiver(2), some), nullptr);
+  lanes.finish(lane(receiver(1)));
+  EXPECT_FALSE(lanes.is_full_for(receiver(1), some.size()));
+  EXPECT_FALSE(lanes.is_full_for(receiver(2), some.size()));
+  EXPECT_EQ(lanes.gave_way(), 0U) << "asking changes nothing";
+}
+
 }  // namespace
 }  // namespace trestle::someip::send_lanes_test

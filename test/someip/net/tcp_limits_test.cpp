@@ -249,10 +249,13 @@ TEST_F(TcpLimitsTest, WhatWaitsForAllIsBoundedAndWhoReadsIsServed) {
     EXPECT_LE(all->used_bytes(), 8 * mebibyte + 9 * (payload.size() + header_bytes));
   }
   EXPECT_GT(server->counters().streams.queue_full, 20U);
+  EXPECT_TRUE(server->is_full_for(deaf[0], payload.size()));
+  EXPECT_FALSE(server->is_full_for(end_of(reads, 10), payload.size()));
   for (tcp::socket& one : clients) {
     one.close();
   }
   EXPECT_TRUE(run_until([&] { return all->used_bytes() == 0; }));
+  EXPECT_FALSE(server->is_full_for(deaf[0], payload.size())) << "it is gone";
 }
 
 TEST_F(TcpLimitsTest, WhoHoldsMostForLongestEndsWhereMemoryIsShort) {
