@@ -51,6 +51,8 @@ class ReplayedSomeip final : public SomeipSide {
                       const someip::TpPacing& /*pacing*/) override {
     return {};
   }
+  void when_room(sd::OfferHandle /*offer*/, someip::MethodId /*event*/, std::size_t /*bytes*/,
+                 std::function<void()> /*told*/) override {}
   sd::Notified set_field(sd::OfferHandle /*offer*/, someip::MethodId /*field*/,
                          std::shared_ptr<const std::vector<std::byte>> /*value*/) override {
     return {};

@@ -46,6 +46,10 @@ class NodeSide final : public SomeipSide {
                       const someip::TpPacing& pacing) override {
     return node_.notify(offer, event, payload, keep_alive, pacing);
   }
+  void when_room(sd::OfferHandle offer, someip::MethodId event, std::size_t bytes,
+                 std::function<void()> told) override {
+    node_.when_room(offer, event, bytes, std::move(told));
+  }
   sd::Notified set_field(sd::OfferHandle offer, someip::MethodId field,
                          std::shared_ptr<const std::vector<std::byte>> value) override {
     return node_.set_field(offer, field, std::move(value));

@@ -1,5 +1,6 @@
 #pragma once
 #include <boost/system/error_code.hpp>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -53,6 +54,8 @@ class SomeipSide : public Interface {
                               std::span<const ByteView> payload,
                               const std::shared_ptr<const void>& keep_alive,
                               const someip::TpPacing& pacing) = 0;
+  virtual void when_room(sd::OfferHandle offer, someip::MethodId event, std::size_t bytes,
+                         std::function<void()> told) = 0;
   virtual sd::Notified set_field(sd::OfferHandle offer, someip::MethodId field,
                                  std::shared_ptr<const std::vector<std::byte>> value) = 0;
   [[nodiscard]] virtual std::shared_ptr<const std::vector<std::byte>> field(sd::OfferHandle offer,

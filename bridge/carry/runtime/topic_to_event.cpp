@@ -38,6 +38,7 @@ constexpr std::uint64_t returned_in_ring = 3;
 struct Waiting {
   dds::Sample sample;
   RouteClock::TimePoint came;
+  bool is_tried = false;  ///< there was no room for it
 };
 
 // A sample while it is converted and sent. Reused, so that the converter's memory is.
@@ -53,7 +54,7 @@ struct Job {
 /// What other bridges brought to the topic from SOME/IP is not carried.
 ///
 /// A subscriber who takes them more slowly than they come gets the newest, as many as the depth: what is
-/// dropped is dropped for that subscriber alone.
+/// dropped is dropped for that subscriber alone. While there is no room for any, the newest wait here.
 class TopicToEvent final : public RunningRoute, public std::enable_shared_from_this<TopicToEvent> {
  public:
   TopicToEvent(const RouteContext& context, const Route& route, messages::MappedPlan plan,
@@ -268,7 +269,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
           ++overtaken_;
         }
         waiting_.push_back({std::move(sample), now});
-        wake = !held_ && !std::exchange(woken_, true);
+        wake = !held_ && !no_room_ && !std::exchange(woken_, true);
       }
     }
     if (wake) {
@@ -318,7 +319,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
 
   std::optional<Waiting> next_sample() {
     const std::lock_guard lock{mutex_};
-    if (waiting_.empty() || held_) {
+    if (waiting_.empty() || held_ || no_room_) {
       woken_ = false;
       return std::nullopt;
     }
@@ -427,18 +428,19 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     }
     draining_ = true;
     while (auto next = next_sample()) {
-      carry(std::move(next->sample), next->came);
+      carry(std::move(*next));
     }
     draining_ = false;
   }
 
-  void carry(dds::Sample sample, RouteClock::TimePoint came) {
+  void carry(Waiting next) {
+    dds::Sample& sample = next.sample;
     if (idle_jobs_.empty()) {
       idle_jobs_.push_back(std::make_unique<Job>());
       ++jobs_;
     }
     plan_.expect(sample.cdr(), idle_jobs_.back()->scratch);
-    if (onlooker_ != nullptr) {
+    if (onlooker_ != nullptr && !next.is_tried) {
       onlooker_->keep_sample(sample.cdr());
     }
     if (is_expired(sample)) {
@@ -473,6 +475,10 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
                           ? offer_->set(route_.event, gathered(*payload))
                           : context_.someip->notify(*offer_->handle(), route_.event, payload->slices,
                                                     lend ? job : std::shared_ptr<const void>{}, pacing_);
+    if (sent.no_room > 0 && sent.subscribers == 0) {
+      wait_for_room({std::move(job->sample), next.came, true}, bytes);
+      return;
+    }
     copied_ += lend || qos_.transient_local ? 0 : 1;
     send_dropped_ += sent.dropped;
     slow_subscriber_ += sent.overtaken;
@@ -483,7 +489,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     if (sent.subscribers > 0) {
       ++carried_;
       carried_bytes_ += bytes;
-      meter_.carried({.came = came,
+      meter_.carried({.came = next.came,
                       .before = before,
                       .after = after,
                       .sent = context_.clock.now(),
@@ -498,6 +504,40 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
                                .source_time = source_time,
                                .bytes = bytes});
     }
+  }
+
+  // Too much waits for all who want this sample. It is sent when there is room again, unless newer ones take
+  // its place. Where all are to be kept, the newest gives way.
+  void wait_for_room(Waiting refused, std::size_t bytes) {
+    std::optional<dds::Sample> dropped;  // released without the lock, as above
+    {
+      const std::lock_guard lock{mutex_};
+      no_room_ = true;
+      if (is_stopped_) {
+        ++stopped_;
+        dropped = std::move(refused.sample);
+      } else if (!waiting_.full()) {
+        waiting_.push_front(std::move(refused));
+      } else {
+        ++overtaken_;
+        if (route_.qos.keep_all) {
+          dropped = std::move(waiting_.back().sample);
+          waiting_.pop_back();
+          waiting_.push_front(std::move(refused));
+        } else {
+          dropped = std::move(refused.sample);
+        }
+      }
+    }
+    context_.someip->when_room(*offer_->handle(), route_.event, bytes, [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) {
+        {
+          const std::lock_guard lock{self->mutex_};
+          self->no_room_ = false;
+        }
+        self->drain();
+      }
+    });
   }
 
   // Since then, by the clock on the wall; negative: the writer did not say when.
@@ -578,6 +618,7 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
 
   mutable std::mutex mutex_;  // of what follows
   boost::circular_buffer<Waiting> waiting_;
+  bool no_room_ = false;             ///< to send: what comes waits until there is
   bool held_;                        ///< what comes waits until it is known whether the topic is latched
   std::vector<dds::SampleId> seen_;  ///< the last of each writer that the reader before had
   bool woken_ = false;               ///< drain() has been asked for

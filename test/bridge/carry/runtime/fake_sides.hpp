@@ -195,6 +195,8 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
   std::shared_ptr<const Bytes> value;  ///< of the field
   std::vector<std::pair<someip::ReturnCode, Bytes>> answers;
   bool sends_answers = true;
+  std::size_t without_room = 0;  ///< subscribers for which too much waits
+  std::function<void()> asked;   ///< to tell of room
 
   bool is_there = false;  ///< the service of others
   sd::AvailabilityHandler on_service;
@@ -249,11 +251,24 @@ class FakeSomeip final : public carry::SomeipSide, private sd::AnswerTaker {
   sd::Notified notify(sd::OfferHandle /*offer*/, someip::MethodId /*event*/,
                       std::span<const ByteView> payload, const std::shared_ptr<const void>& keep_alive,
                       const someip::TpPacing& /*pacing*/) override {
+    const std::size_t sent_to = subscriber_count - without_room;
+    if (sent_to == 0 && without_room > 0) {
+      return {.dropped = without_room, .no_room = without_room};
+    }
     events.push_back(joined(payload));
     if (holds_all) {
       holds.push_back(keep_alive);
     }
-    return {.subscribers = subscriber_count};
+    return {.subscribers = sent_to, .dropped = without_room, .no_room = without_room};
+  }
+  void when_room(sd::OfferHandle /*offer*/, someip::MethodId /*event*/, std::size_t /*bytes*/,
+                 std::function<void()> told) override {
+    asked = std::move(told);
+  }
+  /// There is room again.
+  void make_room() {
+    without_room = 0;
+    std::exchange(asked, nullptr)();
   }
   sd::Notified set_field(sd::OfferHandle /*offer*/, someip::MethodId /*field*/,
                          std::shared_ptr<const Bytes> now) override {

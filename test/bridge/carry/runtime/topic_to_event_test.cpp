@@ -127,6 +127,67 @@ TEST_F(TopicToEventTest, LendsAsManyAsAreBoundedAndCopiesTheRest) {
   EXPECT_EQ(count("copied"), 11U);
 }
 
+TEST_F(TopicToEventTest, KeepsTheNewestWhileThereIsNoRoom) {
+  start();
+  someip_.without_room = 1;
+  publish(hello_cdr);
+  work();
+  publish(hex("00010000 04000000 746f6f 00"));  // "too"
+  publish(hex("00010000 04000000 6e6577 00"));  // "new"
+  work();
+  EXPECT_THAT(someip_.events, IsEmpty());
+  EXPECT_EQ(count("overtaken"), 1U) << "two wait: the depth";
+  EXPECT_EQ(count("not_sent"), 0U);
+  someip_.make_room();
+  const Bytes too = hex("00000007 efbbbf 746f6f 00");
+  const Bytes newest = hex("00000007 efbbbf 6e6577 00");
+  EXPECT_THAT(someip_.events, ElementsAre(too, newest));
+  EXPECT_EQ(count("received"), 3U);
+  EXPECT_EQ(count("carried"), 2U);
+  publish(hello_cdr);
+  work();
+  EXPECT_THAT(someip_.events, ElementsAre(too, newest, hello)) << "as before";
+}
+
+TEST_F(TopicToEventTest, KeepsTheOldestWhileThereIsNoRoomIfAllAreKept) {
+  settings().qos.keep_all = true;
+  start();
+  someip_.without_room = 1;
+  publish(hello_cdr);
+  publish(hello_cdr);
+  work();
+  publish(wrong);
+  work();
+  EXPECT_EQ(count("overtaken"), 1U);
+  someip_.make_room();
+  EXPECT_THAT(someip_.events, ElementsAre(hello, hello));
+  EXPECT_EQ(count("not_convertible"), 0U);
+}
+
+TEST_F(TopicToEventTest, WaitsForNobodyWhileSomeSubscriberHasRoom) {
+  start();
+  someip_.subscriber_count = 2;
+  someip_.without_room = 1;
+  publish(hello_cdr);
+  publish(hello_cdr);
+  work();
+  EXPECT_THAT(someip_.events, ElementsAre(hello, hello));
+  EXPECT_EQ(count("not_sent"), 2U);
+  EXPECT_FALSE(someip_.asked);
+}
+
+TEST_F(TopicToEventTest, EndsWhileThereIsNoRoom) {
+  start();
+  someip_.without_room = 1;
+  publish(hello_cdr);
+  work();
+  routes_->stop();
+  EXPECT_EQ(count("stopped"), 1U);
+  someip_.make_room();
+  EXPECT_THAT(someip_.events, IsEmpty());
+  routes_.reset();
+}
+
 TEST_F(TopicToEventTest, OffersTheServiceWhileThereIsAPublisher) {
   settings().presence.offer_while_published = true;
   dds_.matched = 0;
