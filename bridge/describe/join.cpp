@@ -33,17 +33,10 @@ bool is_bare(const Service& service) {
          std::ranges::all_of(service.fields, [&](const Field& field) { return empty(field.payload); });
 }
 
-void tell_of_ids_in(const Model& model, documents::Problems& problems) {
-  IdFaults faults{model, problems};
-  for (const Service& service : model.services) {
-    faults.tell_same(service);
-    faults.tell_reserved(service);
-  }
-}
-
 class Joining {
  public:
-  explicit Joining(Model& model) : model_{model} {}
+  /// @param has_errors  reading it has found some, so that parts of services may be missing.
+  Joining(Model& model, bool has_errors) : model_{model}, has_errors_{has_errors} {}
 
   std::vector<documents::Problem> run() {
     names();
@@ -55,6 +48,9 @@ class Joining {
     machines();
     instances();
     ids();
+    if (has_errors_) {  // a type that was not understood may be another one here
+      return std::move(problems_);
+    }
     depth();
     if (inheritance()) {
       tell([&](documents::Problems& problems) { tell_of_wide_enumerators(model_, problems); });
@@ -184,7 +180,11 @@ class Joining {
         by_name.emplace(name, &service);
         continue;
       }
-      const char* const hint = other_file && service.name == other->name ? ": name one of the two files" : "";
+      const bool is_same_in_other_file = other_file && service.name == other->name;
+      if (is_same_in_other_file && has_errors_) {
+        continue;
+      }
+      const char* const hint = is_same_in_other_file ? ": name one of the two files" : "";
       if (named != by_name.end()) {
         error(service.place, fmt::format("service {} is described twice, also at {}{}", name,
                                          to_string(model_, other->place), hint));
@@ -537,7 +537,13 @@ class Joining {
   }
 
   void ids() {
-    tell([&](documents::Problems& problems) { tell_of_ids_in(model_, problems); });
+    tell([&](documents::Problems& problems) {
+      IdFaults faults{model_, problems};
+      for (const Service& service : model_.services) {
+        faults.tell_same(service);
+        faults.tell_reserved(service);
+      }
+    });
   }
 
   template <typename Check>
@@ -629,6 +635,7 @@ class Joining {
   }
 
   Model& model_;
+  bool has_errors_;
   Contradictions contradictions_{
       model_, [this](const Place& place, std::string text) { error(place, std::move(text)); },
       [this](const Place& place, std::string text) { warning(place, std::move(text)); }};
@@ -656,17 +663,15 @@ void add_new(std::vector<documents::Problem> more, std::vector<documents::Proble
 }  // namespace
 
 std::vector<documents::Problem> join(Model& model) {
-  return Joining{model}.run();
+  return Joining{model, false}.run();
 }
 
 void join_again(Model& model, std::vector<documents::Problem>& told) {
   add_new(join(model), told);
 }
 
-void tell_of_ids(const Model& model, std::vector<documents::Problem>& told) {
-  documents::Problems problems{documents::Problems::no_limit};
-  tell_of_ids_in(model, problems);
-  add_new(problems.take(model.files), told);
+void join_with_errors(Model& model, std::vector<documents::Problem>& told) {
+  add_new(Joining{model, true}.run(), told);
 }
 
 std::string to_string(const Model& model, const Place& place) {

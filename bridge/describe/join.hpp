@@ -28,10 +28,10 @@ inline constexpr std::size_t max_inherited_members = 1'000'000;
 /// @param told  gets the problems that are not there yet.
 void join_again(Model& model, std::vector<documents::Problem>& told);
 
-/// What is wrong with the ids of a model that cannot be joined, as reading it has found errors: to be mended
-/// together with these.
+/// What contradicts in a model that reading has found errors in: to be mended together with these. What may
+/// follow from the errors is left out: that two files describe a service differently, and faults of types.
 /// @param told  gets the problems that are not there yet.
-void tell_of_ids(const Model& model, std::vector<documents::Problem>& told);
+void join_with_errors(Model& model, std::vector<documents::Problem>& told);
 
 /// "Door.fidl:12:3", or the file, or nothing.
 [[nodiscard]] std::string to_string(const Model& model, const Place& place);

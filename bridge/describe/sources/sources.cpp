@@ -202,7 +202,7 @@ Reading read_sources(std::span<const SourceText> sources, const Load& load, cons
     reading.problems.insert(reading.problems.end(), std::make_move_iterator(problems.begin()),
                             std::make_move_iterator(problems.end()));
   } else {
-    tell_of_ids(reading.model, reading.problems);
+    join_with_errors(reading.model, reading.problems);
   }
   return reading;
 }

@@ -620,6 +620,29 @@ TEST(Join, TellsOfServicesThatAreThereTwice) {
   EXPECT_EQ(problems.front().mark, (documents::Mark{3, 1}));
 }
 
+/// A part of one may be missing for an error of reading. What else contradicts is told with that one.
+TEST(Join, TellsOfErrorsThatDoNotFollowFromThoseOfReading) {
+  Model model = described();
+  Model other = described();
+  other.services[0].events[0].payload.values.clear();
+  append(model, std::move(other));
+  append(model, configured());
+  model.services[0].events[0].transfer.transport_at = Place{0, {5, 1}};
+  model.services[2].events[0].transfer.transport_at = Place{2, {7, 1}};
+  const TypeIndex narrow = model.add({.kind = Kind::enumeration, .enumerators = {{"MANY", 300}}});
+  model.services[0].events[0].payload.values[0].type = narrow;
+  std::vector<documents::Problem> told{{.file = "Door.fidl", .mark = {}, .text = "what reading has found"}};
+  Model again = model;
+  join_with_errors(model, told);
+  ASSERT_THAT(told, SizeIs(2));
+  EXPECT_THAT(to_string(told[1]),
+              StartsWith("vsomeip.json:7:1: error: Door.moved has the transport TCP here, "
+                         "but UDP at Door.fidl:5:1: "));
+  join_with_errors(again, told);
+  EXPECT_THAT(told, SizeIs(2)) << "each once";
+  EXPECT_THAT(join(again), SizeIs(2)) << "without such an error";
+}
+
 TEST(Join, TakesTwoDescriptionsThatSayTheSameForOne) {
   Model model = described();
   Model other = described();

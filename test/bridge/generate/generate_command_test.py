@@ -680,13 +680,15 @@ class Generate(unittest.TestCase):
         self.assertEqual((status, output), (2, ""))
         self.assertRegex(errors, r"Door.fidl:\d+:\d+: error: .*Bolean")
         self.assertRegex(errors, r"Door.fidl:\d+:\d+: error: .*Sped")
-        # Those of ids, too: of the FDEPL and of ids.lock.
+        # Those of ids, too, of the FDEPL and of ids.lock, and what contradicts.
         fdepl = (folder / "Door.fdepl").read_text().replace("0x4711", "0xffff").replace("0x0011", "0x0010")
         (folder / "Door.fdepl").write_text(fdepl)
+        (folder / "Other.fdepl").write_text(fdepl.replace("UnicastPort = 30711", "UnicastPort = 31997"))
         (folder / "ids.lock").write_text("services:\n  - {name: car.Lamp, id: 0xffff}\n")
         errors = run("generate", folder, "--to", "json")[2]
         for wrong in (r"Door.fidl:\d+:\d+: error: .*Bolean", r"Door.fdepl:5:\d+: error: service Door has the id 0xffff",
-                      r"Door.fdepl:30:\d+: error: Door.shut has the id 0x0010 of Door.open", r"ids.lock:2:\d+: error: service car.Lamp has the id 0xffff"):
+                      r"Door.fdepl:30:\d+: error: Door.shut has the id 0x0010 of Door.open", r"ids.lock:2:\d+: error: service car.Lamp has the id 0xffff",
+                      r"Other.fdepl:49:\d+: error: instance 0x0001 of car.Door has the UDP port 31997 here, but 30711 at \S*Door.fdepl:49:"):
             self.assertRegex(errors, wrong)
             self.assertEqual(len(re.findall(wrong, errors)), 1, errors)
 
