@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/describe/id_faults.hpp"
+#include "bridge/describe/member_ids.hpp"
 #include "bridge/describe/system.hpp"
 #include "bridge/documents/document.hpp"
 #include "bridge/documents/section.hpp"
@@ -227,34 +228,23 @@ class Allocation {
     }
   }
 
+  static auto adding_to(std::vector<Element>& all) {
+    return [&all](const std::string& member, std::string_view part, std::optional<someip::MethodId>& id,
+                  const Place& place, const Place&) {
+      all.push_back({part.empty() ? member : fmt::format("{}/{}", member, part), &id, &place});
+    };
+  }
+
   static std::vector<Element> methods_of(Service& service) {
     std::vector<Element> all;
-    for (Method& method : service.methods) {
-      all.push_back({member_key(method.name, method.selector), &method.id, &method.place});
-    }
-    for (Field& field : service.fields) {
-      if (field.has_getter) {
-        all.push_back({field.name + "/getter", &field.getter, &field.place});
-      }
-      if (field.has_setter) {
-        all.push_back({field.name + "/setter", &field.setter, &field.place});
-      }
-    }
+    each_called_id(service, adding_to(all));
     return all;
   }
   static std::vector<Element> events_of(Service& service) {
     std::vector<Element> all;
-    for (Event& event : service.events) {
-      all.push_back({member_key(event.name, event.selector), &event.id, &event.place});
-    }
-    for (Field& field : service.fields) {
-      if (field.has_notifier) {
-        all.push_back({field.name + "/notifier", &field.notifier, &field.place});
-      }
-    }
+    each_sent_id(service, adding_to(all));
     return all;
   }
-
   void members(Service& service, LockedIds& lock, const Channel& channel) {
     IdsByName& locked = lock.*channel.locked;
     const std::vector<Element> elements = channel.elements(service);

@@ -8,27 +8,13 @@
 
 #include "bridge/describe/compare_pairs.hpp"
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/units.hpp"
 
 namespace trestle::describe::comparing {
 namespace {
 
 /// How many elements a change of a type names that have the type, too.
 constexpr std::size_t max_listed_uses = 20;
-
-/// What the value says, or else its type does.
-std::string unit_of(const Model& model, const Value& value) {
-  TypeIndex index = value.type;
-  const std::string* unit = &value.notes.unit;
-  for (std::size_t steps = 0; unit->empty() && is_type(model, index) && steps <= max_type_nesting; ++steps) {
-    const Type& type = model.at(index);
-    unit = &type.notes.unit;
-    if (type.kind != Kind::alias) {
-      break;
-    }
-    index = type.element.type;
-  }
-  return *unit;
-}
 
 /// "8 bits", or "int8" where only the sign differs.
 std::string width(const Type& type, const Type& other) {
@@ -172,7 +158,7 @@ void PayloadComparison::said_of_use(const std::string& element, const Value& old
       log_.differs(rule, element, before, after, old.place, now.place);
     }
   };
-  optional("value-unit", unit_of(before_, old), unit_of(after_, now));
+  optional("value-unit", measured_as_whole_in(before_, old), measured_as_whole_in(after_, now));
   optional("value-default", old.default_value, now.default_value);
 }
 

@@ -6,43 +6,33 @@
 #include <optional>
 
 #include "bridge/describe/join.hpp"
+#include "bridge/describe/member_ids.hpp"
 
 namespace trestle::describe {
 
-IdFaults::Uses IdFaults::called(const Service& service) {
-  Uses uses;
-  const auto add = [&](const std::optional<someip::MethodId>& id, std::string member, const Place& place) {
+namespace {
+
+auto adding_to(std::vector<IdUse>& uses) {
+  return [&uses](const std::string& member, std::string_view part, const std::optional<someip::MethodId>& id,
+                 const Place& place, const Place& of_id) {
     if (id) {
-      uses.push_back({std::move(member), *id, place});
+      uses.push_back(
+          {part.empty() ? member : fmt::format("{} ({})", member, part), *id, place_of_id(of_id, place)});
     }
   };
-  for (const Method& method : service.methods) {
-    add(method.id, method.name, place_of_id(method.id_place, method.place));
-  }
-  for (const Field& field : service.fields) {
-    if (field.has_getter) {
-      add(field.getter, field.name + " (getter)", place_of_id(field.getter_place, field.place));
-    }
-    if (field.has_setter) {
-      add(field.setter, field.name + " (setter)", place_of_id(field.setter_place, field.place));
-    }
-  }
+}
+
+}  // namespace
+
+IdFaults::Uses IdFaults::called(const Service& service) {
+  Uses uses;
+  each_called_id(service, adding_to(uses));
   return uses;
 }
 
 IdFaults::Uses IdFaults::sent(const Service& service) {
   Uses uses;
-  for (const Event& event : service.events) {
-    if (event.id) {
-      uses.push_back({event.name, *event.id, place_of_id(event.id_place, event.place)});
-    }
-  }
-  for (const Field& field : service.fields) {
-    if (field.has_notifier && field.notifier) {
-      uses.push_back(
-          {field.name + " (notifier)", *field.notifier, place_of_id(field.notifier_place, field.place)});
-    }
-  }
+  each_sent_id(service, adding_to(uses));
   return uses;
 }
 

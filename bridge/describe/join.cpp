@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "bridge/describe/compare.hpp"
+#include "bridge/describe/compare_said.hpp"
 #include "bridge/describe/contradictions.hpp"
 #include "bridge/describe/id_faults.hpp"
 #include "bridge/describe/join_instances.hpp"
@@ -160,8 +161,9 @@ class Joining {
         add_service(*other, service, contradictions_);
         is_twin[at] = true;
         twin_of_[name] = full_name(other->scope, other->name);
-        // ARXML's scopes are paths: between FIDL and ARXML they say nothing.
-        if (named == by_name.end() && service.scope.starts_with('/') == other->scope.starts_with('/')) {
+        // Between two languages scopes say nothing: those of ARXML are paths, those of FIDL packages.
+        if (named == by_name.end() &&
+            comparing::language_of(model_, service.place) == comparing::language_of(model_, other->place)) {
           warning(
               place_of_id(service.id_place, service.place),
               fmt::format("service {} is taken for {}, at {}: both have the id 0x{:04x}, and describe the "

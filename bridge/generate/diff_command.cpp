@@ -11,6 +11,7 @@
 #include "bridge/cli/terminal.hpp"
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/join.hpp"
+#include "bridge/describe/member_ids.hpp"
 #include "bridge/documents/problems.hpp"
 #include "bridge/generate/generate_commands.hpp"
 #include "bridge/generate/source_options.hpp"
@@ -97,14 +98,12 @@ void print_text(const std::vector<Change>& changes, const describe::System& now)
 std::set<std::string> with_open_ids(const describe::Model& model) {
   std::set<std::string> names;
   for (const describe::Service& service : model.services) {
-    const bool is_open =
-        !service.id ||
-        std::ranges::any_of(service.events, [](const describe::Event& one) { return !one.id; }) ||
-        std::ranges::any_of(service.methods, [](const describe::Method& one) { return !one.id; }) ||
-        std::ranges::any_of(service.fields, [](const describe::Field& one) {
-          return (one.has_getter && !one.getter) || (one.has_setter && !one.setter) ||
-                 (one.has_notifier && !one.notifier);
-        });
+    bool is_open = !service.id;
+    const auto look = [&is_open](const std::string&, const char*, const auto& id, const auto&...) {
+      is_open = is_open || !id;
+    };
+    describe::each_called_id(service, look);
+    describe::each_sent_id(service, look);
     if (is_open) {
       names.insert(service.name);
     }

@@ -173,6 +173,8 @@ const std::vector<Edit>& edits() {
       {{"value-range"}, [](Model& m) { m.at(number).minimum = 5; }},
       {{"value-invalid"}, [](Model& m) { m.at(number).invalid_value = 5; }},
       {{"value-unit"}, [](Model& m) { m.at(status).members[1].notes.unit = "km/h"; }},
+      // Of elements alone, not of the whole array as well.
+      {{"value-unit"}, [](Model& m) { m.at(list).element.notes.unit = "km/h"; }},
       {{"value-default"}, [](Model& m) { m.at(status).members[1].default_value = "1"; }},
       {{"transport"},
        [](Model& m) {

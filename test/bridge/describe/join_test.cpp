@@ -659,6 +659,14 @@ TEST(Join, TakesTwoDescriptionsThatSayTheSameForOne) {
   EXPECT_EQ(model.services[0].fields[0].payload.values[0].type, TypeIndex{0});
   ASSERT_THAT(model.instances, SizeIs(1));
   EXPECT_EQ(model.instances[0].udp_port, 30501);
+  // Scopes of two languages say nothing, however they are spelt.
+  Model vehicle = described();
+  Model own = described();
+  own.files = {"Door.arxml"};
+  own.services[0].scope = "vehicle";
+  append(vehicle, std::move(own));
+  EXPECT_THAT(join(vehicle), IsEmpty());
+  EXPECT_THAT(vehicle.services, SizeIs(1));
 }
 
 TEST(Join, TellsWhichOneIsGoneOfTwoServicesInOneLanguage) {
