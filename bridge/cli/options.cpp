@@ -290,19 +290,6 @@ PayloadOptions PayloadOptions::of_element(const describe::Interfaces& interfaces
   return other;
 }
 
-namespace {
-
-/// Whether a description has a checksum in what an event or a request carries. Then no payload is no empty
-/// one.
-bool has_checksum(const describe::Model& model, const describe::ServiceElement& element) {
-  const describe::Service& service = model.services[element.service];
-  using Part = describe::ServiceElement::Part;
-  return (element.part == Part::event && service.events[element.member].payload.crc_bytes != 0) ||
-         (element.part == Part::method && service.methods[element.member].request.crc_bytes != 0);
-}
-
-}  // namespace
-
 std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const {
   const auto [text, name] = text_of_argument("PAYLOAD", "payload", argument);
   if (described_.element != nullptr && type_.empty() && described_.content->is_empty && form_ != Form::hex) {
@@ -312,8 +299,9 @@ std::vector<std::byte> PayloadOptions::parse(const std::string& argument) const 
     return {};
   }
   if (form_ == Form::hex || !values_) {
-    if (described_.element != nullptr && text.find_first_not_of(" \n") == std::string::npos &&
-        has_checksum(described_.interfaces->model(), *described_.element)) {
+    // No payload is no empty one then.
+    if (described_.element != nullptr && described_.content->has_crc &&
+        text.find_first_not_of(" \n") == std::string::npos) {
       throw CLI::ValidationError(
           "PAYLOAD", fmt::format("the values of {} are not known ({}): give all bytes of the payload as "
                                  "hexadecimal digits",

@@ -6,6 +6,7 @@
 
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/model_source.hpp"
+#include "bridge/describe/refused.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
@@ -18,10 +19,6 @@ using Meaning = Interfaces::Meaning;
 
 /// More names than this are not listed.
 constexpr std::size_t most_listed = 60;
-
-std::string full_name_of(const Service& service) {
-  return full_name(service.scope, service.name);
-}
 
 messages::TypeLibrary library_of(const System& system) {
   messages::TypePlaces places;
@@ -104,7 +101,7 @@ Interfaces::Interfaces(System system)
   }
   for (std::size_t i = 0; i < system_.model.services.size(); ++i) {
     const Service& service = system_.model.services[i];
-    names_.push_back(count[service.name] == 1 ? service.name : full_name_of(service));
+    names_.push_back(count[service.name] == 1 ? service.name : full_name(service.scope, service.name));
     has_types_.push_back(has_values(service));
     first_elements_.push_back(elements_.size());
     add_elements(i);
@@ -332,7 +329,6 @@ const Content& Interfaces::content(const ServiceElement& element, bool is_answer
 Content Interfaces::make_content(const ServiceElement& element, bool is_answer) const {
   const Service& service = system_.model.services[element.service];
   Content content;
-  std::string crc;
   if (!has_types_[element.service]) {
     content.unknown = "the description has no types";
     return content;
@@ -340,27 +336,28 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
   const LoweredMember* const lowered =
       system_.lowered.member(kind_of(element.part), element.service, element.member);
   std::string type = lowered == nullptr ? "" : lowered->type;
+  const Payload* payload = nullptr;
   switch (element.part) {
     case Part::event:
-      content.is_empty = service.events[element.member].payload.values.empty();
-      crc = crc_fault(service.events[element.member].payload);
+      payload = &service.events[element.member].payload;
+      content.is_empty = payload->values.empty();
       break;
     case Part::method: {
       const Method& method = service.methods[element.member];
-      content.is_empty = is_answer ? method.response.values.empty() && method.error == no_type
-                                   : method.request.values.empty();
-      crc = crc_fault(is_answer ? method.response : method.request);
+      payload = is_answer ? &method.response : &method.request;
+      content.is_empty = payload->values.empty() && (!is_answer || method.error == no_type);
       type += messages::service_suffixes[is_answer ? 1 : 0];
       break;
     }
     case Part::getter:
-      content.is_empty = !is_answer;
-      break;
     case Part::notifier:
     case Part::setter:
+      content.is_empty = element.part == Part::getter && !is_answer;
+      payload = content.is_empty ? nullptr : &service.fields[element.member].payload;
       break;
   }
-  if (!crc.empty()) {
+  if (std::string crc = payload == nullptr ? std::string{} : crc_fault(*payload); !crc.empty()) {
+    content.has_crc = true;
     content.is_empty = false;
     content.unknown = std::move(crc);
     return content;
@@ -377,12 +374,7 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
     return content;
   }
   if (lowered == nullptr) {
-    content.unknown = "its type has no form in ROS 2";
-    const auto why = std::ranges::find(
-        system_.lowered.not_carried, full_name_of(service) + "." + element.member_name, &NotCarried::element);
-    if (why != system_.lowered.not_carried.end()) {
-      content.unknown = why->what;
-    }
+    content.unknown = why_not_carried(system_.lowered, service, element.member_name);
     return content;
   }
   auto tree = library_.resolve(type);

@@ -41,7 +41,9 @@ struct Content {
   std::optional<messages::MessageValues> values{};  ///< nothing: not known
   std::string unknown{};                            ///< why, where `values` is nothing
   bool is_empty = false;                            ///< by the description it has no values
-  ProtectionHeader e2e{};                           ///< its header, which is not one of the values
+  /// It has bytes that Trestle does not make, beside its values or alone: `unknown` says which.
+  bool has_crc = false;
+  ProtectionHeader e2e{};  ///< its header, which is not one of the values
 
   /// The payload without its E2E header, which is given in `header`. Shorter payloads stay as they are.
   [[nodiscard]] std::vector<std::byte> without_header(ByteView payload,

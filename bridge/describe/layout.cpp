@@ -842,9 +842,10 @@ std::set<FieldWidth> tagged_widths(const Model& model, const Payload& payload) {
 }
 
 std::string crc_fault(const Payload& payload) {
-  return payload.crc_bytes == 0 ? std::string{}
-                                : fmt::format("a CRC of {} byte{} in the payload", payload.crc_bytes,
-                                              payload.crc_bytes == 1 ? "" : "s");
+  return payload.crc_bytes == 0
+             ? std::string{}
+             : fmt::format("a CRC of {} byte{} in the payload, which Trestle does not make",
+                           payload.crc_bytes, payload.crc_bytes == 1 ? "" : "s");
 }
 
 Layout layout(const Model& model, const Payload& payload) {

@@ -58,7 +58,7 @@ inline constexpr std::size_t max_layout_path_bytes = std::size_t{16} << 20U;
 /// length field there are left out. What is carried has `Payload::tagged_length` before all of them.
 [[nodiscard]] std::set<someip::FieldWidth> tagged_widths(const Model& model, const Payload& payload);
 
-/// Why nobody here can send or read such a payload, for its checksum; empty: it has none.
+/// Why nobody here can send or read such a payload, for its CRC; empty: it has none.
 [[nodiscard]] std::string crc_fault(const Payload& payload);
 
 /// Whether a structure, or one that it extends, is polymorphic: there is no form for it on the wire.

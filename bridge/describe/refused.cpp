@@ -161,4 +161,13 @@ void leave_out_refused(const Model& model, Lowered& lowered) {
                              std::make_move_iterator(lost.end()));
 }
 
+std::string why_not_carried(const Lowered& lowered, const Service& service, std::string_view member) {
+  // What is told first may be less: that its name is too long for a file.
+  const std::string_view name = member.substr(0, member.find(':'));  // without a selector
+  const std::string element = fmt::format("{}.{}", full_name(service.scope, service.name), name);
+  const auto why = std::find_if(lowered.not_carried.rbegin(), lowered.not_carried.rend(),
+                                [&](const NotCarried& one) { return one.element == element; });
+  return why == lowered.not_carried.rend() ? "its type has no form in ROS 2" : why->what;
+}
+
 }  // namespace trestle::describe

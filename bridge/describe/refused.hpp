@@ -1,5 +1,7 @@
 #pragma once
 #include <cstddef>
+#include <string>
+#include <string_view>
 
 #include "bridge/describe/lower.hpp"
 
@@ -14,5 +16,10 @@ inline constexpr std::size_t max_judged_fields = 20'000'000;
 /// compiler of conversions itself, so that routes that are written are routes that are taken.
 /// @param model  that was lowered.
 void leave_out_refused(const Model& model, Lowered& lowered);
+
+/// Why a member of a service is not among Lowered::members.
+/// @param member  its name, or its member_key().
+[[nodiscard]] std::string why_not_carried(const Lowered& lowered, const Service& service,
+                                          std::string_view member);
 
 }  // namespace trestle::describe

@@ -13,6 +13,7 @@
 #include "bridge/describe/model_source.hpp"
 #include "bridge/describe/protection.hpp"
 #include "bridge/describe/raise.hpp"
+#include "bridge/describe/refused.hpp"
 #include "bridge/documents/problems.hpp"
 #include "bridge/documents/section.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
@@ -37,7 +38,8 @@ struct Part {
   Payload payload{};
   Protection e2e{};
   describe::E2eUse use = describe::E2eUse::sent_event;
-  std::string type{};  ///< the ROS message of its values; empty: there is none
+  std::string type{};         ///< the ROS message of its values; empty: there is none
+  std::string why_no_type{};  ///< then
   messages::MessageRules rules{};
   std::string argument{};                            ///< as LoweredMember::argument
   std::shared_ptr<const describe::Lowered> alone{};  ///< of a type: what it is without services
@@ -157,6 +159,10 @@ class Search {
       }
       made.rules = is_response ? lowered->response : lowered->rules;
       made.argument = lowered->argument;
+    } else {
+      const describe::Service& service = system_.model.services[service_at];
+      made.why_no_type = describe::why_not_carried(
+          system_.lowered, service, std::string_view{made.element}.substr(service.name.size() + 1));
     }
     found_.push_back(std::move(made));
   }
@@ -198,6 +204,8 @@ class Search {
         made.type = lowered.type;
         made.rules = lowered.rules;
         made.argument = lowered.argument;
+      } else {
+        made.why_no_type = describe::why_not_carried(*made.alone, alone.services[0], "value");
       }
       found_.push_back(std::move(made));
       return;
@@ -229,14 +237,11 @@ std::vector<std::string> names_of(const Model& model) {
 tl::expected<std::vector<std::byte>, std::string> bytes_of(const describe::System& system, const Part& part,
                                                            std::string_view values,
                                                            std::string_view values_name) {
-  if (std::string crc = describe::crc_fault(part.payload); !crc.empty()) {
-    return tl::unexpected{fmt::format("{} has {}, so values cannot be given", part.element, crc)};
-  }
-  if (part.payload.values.empty()) {
+  if (part.payload.values.empty() && describe::crc_fault(part.payload).empty()) {
     return std::vector<std::byte>{};
   }
   if (part.type.empty()) {
-    return tl::unexpected{fmt::format("{} has no form in ROS 2, so values cannot be given", part.element)};
+    return tl::unexpected{fmt::format("values of {} cannot be given: {}", part.element, part.why_no_type)};
   }
   const describe::Lowered& lowered = part.alone ? *part.alone : system.lowered;
   auto library =
@@ -400,7 +405,7 @@ void add_header(const Protection& e2e, describe::E2eUse use, Layout& layout, std
     ++place;
   }
   for (auto range = place; range != layout.ranges.end(); ++range) {
-    // Parts of elements count from these, where the layout is without bytes; of a checksum ("?") nobody
+    // Parts of elements count from these, where the layout is without bytes; of a CRC ("?") nobody
     // knows.
     if ((range->depth == 0 || has_bytes) && range->offset_text != "?") {
       const std::size_t digits = range->offset_text.find_first_not_of("0123456789");

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridge/describe/layout.hpp"
+#include "bridge/describe/refused.hpp"
 #include "bridge/messages/convert/service_plans.hpp"
 #include "bridge/messages/types/interface_name.hpp"
 #include "bridge/messages/types/type_library.hpp"
@@ -25,10 +26,7 @@ std::string_view list_of(LoweredMember::Kind kind) {
 
 tl::expected<messages::TypeTree, std::string> PagePart::tree(const PageSystem& system) const {
   if (type.empty()) {
-    if (const std::string crc = describe::crc_fault(payload); !crc.empty()) {
-      return tl::unexpected{fmt::format("there is {}, so values cannot be given", crc)};
-    }
-    return tl::unexpected{std::string{"its type has no form in ROS 2, so values cannot be given"}};
+    return tl::unexpected{fmt::format("values cannot be given: {}", why_no_type)};
   }
   auto library = messages::TypeLibrary::of({system.types, std::make_shared<messages::BuiltinSource>()});
   auto tree = library.resolve(type);
@@ -101,6 +99,9 @@ std::optional<PageMember> PageMember::of(const PageSystem& system, const std::st
         break;
     }
     found.lowered_ = system.system.lowered.member(one.kind, index, one.index);
+    if (found.lowered_ == nullptr) {
+      found.why_not_lowered_ = describe::why_not_carried(system.system.lowered, *found.service_, member);
+    }
     return found;
   }
   return std::nullopt;
@@ -118,7 +119,7 @@ const describe::Protection& PageMember::protection(bool gets) const {
 }
 
 PagePart PageMember::part(const describe::Model& model, bool response) const {
-  PagePart part;
+  PagePart part{.why_no_type = why_not_lowered_};
   if (lowered_ != nullptr) {
     part.type = lowered_->type;
     part.rules = lowered_->rules;

@@ -26,6 +26,7 @@ struct PageSystem {
 struct PagePart {
   describe::Payload payload{};  ///< an error of the method among its values
   std::string type{};           ///< the ROS message; empty: it has none
+  std::string why_no_type{};    ///< then
   messages::MessageRules rules{};
   describe::Protection e2e{};  ///< of a field that of the notifier
   describe::E2eUse use = describe::E2eUse::sent_event;
@@ -69,6 +70,7 @@ class PageMember {
   const describe::Event* event_ = nullptr;
   const describe::Field* field_ = nullptr;
   const describe::LoweredMember* lowered_ = nullptr;  ///< null: it has no form in ROS
+  std::string why_not_lowered_{};                     ///< then
 };
 
 }  // namespace trestle::generate

@@ -92,6 +92,10 @@ class Maker {
       all += fmt::format("{}{}{}{}", all.empty() ? "" : ", ", label(value.type, 0),
                          value.name.empty() ? "" : " ", value.name);
     }
+    if (payload.crc_bytes != 0) {
+      all += fmt::format("{}CRC of {} byte{}", all.empty() ? "" : ", ", payload.crc_bytes,
+                         payload.crc_bytes == 1 ? "" : "s");
+    }
     return all;
   }
 

@@ -391,21 +391,37 @@ TEST(Interfaces, KnowsNoValuesWhereTheDescriptionHasNoTypes) {
   EXPECT_EQ(content.unknown, "the description has no types");
 }
 
-/// Also where nothing but the checksum is sent.
-TEST(Interfaces, HasNoValuesOfAPayloadWithAChecksum) {
+/// Also where nothing but the CRC is sent.
+TEST(Interfaces, HasNoValuesOfAPayloadWithACrc) {
   Model model;
   const TypeIndex number = lowered::number(model, messages::Primitive::uint8);
   lowered::event(model, {lowered::value(model, "a", number)}).payload.crc_bytes = 4;
   model.services[0].methods.push_back(
       {.name = "ask", .id = someip::MethodId{1}, .request = {.crc_bytes = 1}});
+  model.services[0].fields.push_back(
+      {.name = "level",
+       .payload = {.values = {lowered::value(model, "level", number)}, .crc_bytes = 4},
+       .getter = someip::MethodId{2},
+       .setter = someip::MethodId{3},
+       .has_notifier = false});
   const Interfaces interfaces = of_model(std::move(model));
-  for (const auto& [name, unknown] : {std::pair{"Door.changed", "a CRC of 4 bytes in the payload"},
-                                      std::pair{"Door.ask", "a CRC of 1 byte in the payload"}}) {
-    const Content& content = interfaces.content(*interfaces.find(name)->elements.at(0));
+  const auto element = [&](const char* name) -> const ServiceElement& {
+    return *interfaces.find(name)->elements.at(0);
+  };
+  constexpr const char* four = "a CRC of 4 bytes in the payload, which Trestle does not make";
+  for (const auto& [name, content, unknown] :
+       {std::tuple{"event", interfaces.content(element("Door.changed")), four},
+        {"method", interfaces.content(element("Door.ask")),
+         "a CRC of 1 byte in the payload, which Trestle does not make"},
+        {"setter", interfaces.content(element("Door.level.set")), four},
+        {"answer of getter", interfaces.answer(element("Door.level.get")), four}}) {
     EXPECT_FALSE(content.values) << name;
     EXPECT_FALSE(content.is_empty) << name;
+    EXPECT_TRUE(content.has_crc) << name;
     EXPECT_EQ(content.unknown, unknown);
   }
+  EXPECT_TRUE(interfaces.content(element("Door.level.get")).is_empty);
+  EXPECT_FALSE(interfaces.content(element("Door.level.get")).has_crc);
 }
 
 TEST(Interfaces, SkipsTheHeaderOfE2eProtection) {

@@ -224,7 +224,7 @@ TEST(Layout, SaysWhereOnlyATagTellsHowWideALengthFieldIs) {
 }
 
 /// Nobody says where it stands, so no byte can be explained.
-TEST(Layout, TellsOfAChecksumInThePayload) {
+TEST(Layout, TellsOfACrcInThePayload) {
   Model model;
   const TypeIndex u16 = model.add({.kind = Kind::primitive, .primitive = Primitive::uint16});
   const Payload payload{.values = {{.name = "a", .type = u16}}, .crc_bytes = 4};
@@ -234,7 +234,8 @@ TEST(Layout, TellsOfAChecksumInThePayload) {
                   "? [4] (CRC): CRC, no source says where it is and how it is made: it is neither sent "
                   "nor read"));
   const Layout of_bytes = layout_of_bytes(model, payload, "abcdef");
-  EXPECT_THAT(errors_of(of_bytes), ElementsAre("0 : a CRC of 4 bytes in the payload"));
+  EXPECT_THAT(errors_of(of_bytes),
+              ElementsAre("0 : a CRC of 4 bytes in the payload, which Trestle does not make"));
   EXPECT_THAT(lines_of(of_bytes), ElementsAre("0 [6] : bytes, not described = 61 62 63 64 65 66"));
 }
 

@@ -106,6 +106,22 @@ TEST(RouteEntries, LeaveOutWhatABridgeRefuses) {
   EXPECT_FALSE(made.entries[1].node["timeout"].IsDefined());
 }
 
+/// The same reason for one that is asked for alone as in the list of all, where each is told once.
+TEST(RouteEntries, TellWhyAMemberIsNotCarried) {
+  Model model = lamp();
+  model.instances.push_back({.service = "car.Lamp", .id = someip::InstanceId{2}});
+  model.services[0].fields[0].payload.crc_bytes = 4;
+  const std::string why = "a CRC of 4 bytes in the payload, which Trestle does not make";
+  EXPECT_THAT(made_of(model).lost, ElementsAre("car.Lamp.colour: " + why));
+  const Lowered lowered = lower(model);
+  const RouteOptions options;
+  std::vector<NotCarried> lost;
+  EXPECT_FALSE(RouteEntries(model, lowered, options)
+                   .of(model.services[0], model.instances[0], Side::client, 30501,
+                       {.kind = LoweredMember::Kind::field}, lost));
+  EXPECT_THAT(lines_of(lost), ElementsAre("Lamp.colour: " + why));
+}
+
 TEST(RouteEntries, GiveInstancesOfOneServicePortsOfTheirOwn) {
   Model model = lamp();
   model.instances[0].udp_port = 30509;

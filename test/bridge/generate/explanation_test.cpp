@@ -194,7 +194,7 @@ TEST(Explain, SaysWhyProtectionCannotBeDone) {
             "0 (E2E length) profile 4, written when it is sent");
 }
 
-TEST(Explain, TellsOfAChecksumBehindAHeader) {
+TEST(Explain, TellsOfACrcBehindAHeader) {
   describe::System system =
       system_of(door, "SomeIpServiceID = 1\nbroadcast moved { SomeIpBroadcastCRCWidth = four }\n");
   system.model.services[0].events[0].e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
@@ -203,7 +203,10 @@ TEST(Explain, TellsOfAChecksumBehindAHeader) {
   EXPECT_EQ(lines_of(moved->front()).back(), "? 4 (CRC) CRC");
   const auto values = explain(system, "Door.moved", "{label: ab}");
   ASSERT_FALSE(values);
-  EXPECT_EQ(values.error(), "Door.moved has a CRC of 4 bytes in the payload, so values cannot be given");
+  EXPECT_EQ(
+      values.error(),
+      "values of Door.moved cannot be given: a CRC of 4 bytes in the payload, which Trestle does not make");
+  EXPECT_THAT(to_text(**explain_service(system, "Door")), HasSubstr(", CRC of 4 bytes)\n"));
 }
 
 TEST(Explain, PrintsJson) {

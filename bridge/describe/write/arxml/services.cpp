@@ -85,7 +85,8 @@ void Writer::check_payload(const std::string& element, const Payload& payload, P
     lost(element, "that its payload is not known: it is written as empty", place);
   }
   if (payload.crc_bytes > 0) {
-    lost(element, "its checksum of " + number(payload.crc_bytes) + " bytes", place);
+    lost(element, "its CRC of " + number(payload.crc_bytes) + (payload.crc_bytes == 1 ? " byte" : " bytes"),
+         place);
   }
   if (payload.byte_order == std::endian::little && !payload.length_fields_always_big &&
       has_length_fields(model_, payload)) {

@@ -15,6 +15,7 @@
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/member_names.hpp"
+#include "bridge/describe/refused.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
 #include "bridge/messages/types/names.hpp"
@@ -27,7 +28,6 @@ namespace {
 // Why there is no route of a member.
 constexpr const char* no_id = "it has no id";
 constexpr const char* no_eventgroup = "it has no eventgroup";
-constexpr const char* no_form = "its type has no form in ROS 2";
 
 constexpr std::uint32_t any_minor = 0xffff'ffff;
 
@@ -310,7 +310,7 @@ class Entries {
     } else if (!has_eventgroup) {
       lacks(member, no_eventgroup, place);
     } else if (lowered == nullptr) {
-      lacks(member, no_form, place);
+      lacks(member, why_not_carried(lowered_, service_, member), place);
     } else if (!messages::is_topic_name(name) && messages::is_topic_name(fixed_prefix_ + "x")) {
       lacks(member, fmt::format("its name is none that ROS 2 takes: {}", name), place);
     } else {
@@ -690,16 +690,17 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
   std::vector<RouteEntry> all;
   not_carried.insert(not_carried.end(), lowered.not_carried.begin(), lowered.not_carried.end());
   // Each reason once: of several instances, and of what has no form in ROS 2 anyway.
-  std::set<std::string> formless;
+  std::map<std::string, std::set<std::string>> formless;
   for (const NotCarried& one : lowered.not_carried) {
-    formless.insert(one.element);
+    formless[one.element].insert(one.what);
   }
   std::set<std::pair<std::string, std::string>> told;
   const auto tell = [&](const Service& service, std::vector<NotCarried> reasons) {
     for (NotCarried& one : reasons) {
       const std::string member = one.element.substr(std::min(service.name.size(), one.element.size()));
-      const bool is_no_route = one.what == no_form || one.what == no_eventgroup || one.what == no_id;
-      const bool is_known = is_no_route && formless.contains(full_name(service.scope, service.name) + member);
+      const auto known = formless.find(full_name(service.scope, service.name) + member);
+      const bool is_known = known != formless.end() && (one.what == no_eventgroup || one.what == no_id ||
+                                                        known->second.contains(one.what));
       if (!is_known && told.emplace(one.element, one.what).second) {
         not_carried.push_back(std::move(one));
       }

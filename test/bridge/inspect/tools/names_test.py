@@ -151,7 +151,7 @@ class Door(unittest.TestCase):
             done = run("call", 2, "Door.shut", "{speed: SLOW}", *DOOR)
             self.assertEqual((done.returncode, done.stdout), (3, ""), done.stderr)
 
-    def test_a_payload_with_a_checksum_is_not_made_up(self):
+    def test_a_payload_with_a_crc_is_not_made_up(self):
         with tempfile.TemporaryDirectory() as folder:
             summed = ERR_FDEPL.replace("SomeIpMethodID = 0x1", "SomeIpMethodCRCWidth = four SomeIpMethodID = 0x1")
             for name, text in (("Err.fidl", ERR_FIDL), ("Err.fdepl", summed)):
@@ -161,7 +161,7 @@ class Door(unittest.TestCase):
                 done = run("call", 2, *call, "--interfaces", folder)
                 self.assertNotEqual(done.returncode, 0)
                 self.assertIn(f"the values of {call[0]} are not known", done.stderr)
-                self.assertIn("a CRC of 4 bytes in the payload", done.stderr)
+                self.assertIn("a CRC of 4 bytes in the payload, which Trestle does not make", done.stderr)
 
     def test_errors_without_a_zero_are_told(self):
         with tempfile.TemporaryDirectory() as folder:
