@@ -21,6 +21,26 @@ inline std::string arxml(std::string_view elements) {
          std::string{elements} + "</ELEMENTS></AR-PACKAGE></AR-PACKAGES></AUTOSAR>";
 }
 
+inline constexpr std::string_view base_types = R"(
+<SW-BASE-TYPE><SHORT-NAME>u16</SHORT-NAME><BASE-TYPE-SIZE>16</BASE-TYPE-SIZE><BASE-TYPE-ENCODING>NONE</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+<SW-BASE-TYPE><SHORT-NAME>s32</SHORT-NAME><BASE-TYPE-SIZE>32</BASE-TYPE-SIZE><BASE-TYPE-ENCODING>2C</BASE-TYPE-ENCODING></SW-BASE-TYPE>
+)";
+
+inline std::string props(std::string_view inner) {
+  return "<SW-DATA-DEF-PROPS><SW-DATA-DEF-PROPS-VARIANTS><SW-DATA-DEF-PROPS-CONDITIONAL>" +
+         std::string{inner} +
+         "</SW-DATA-DEF-PROPS-CONDITIONAL></SW-DATA-DEF-PROPS-VARIANTS></SW-DATA-DEF-PROPS>";
+}
+
+inline std::string service(std::string_view inner) {
+  return "<SERVICE-INTERFACE><SHORT-NAME>Door</SHORT-NAME>" + std::string{inner} + "</SERVICE-INTERFACE>";
+}
+
+inline std::string event(std::string_view name, std::string_view type) {
+  return "<VARIABLE-DATA-PROTOTYPE><SHORT-NAME>" + std::string{name} + "</SHORT-NAME><TYPE-TREF DEST=\"X\">" +
+         std::string{type} + "</TYPE-TREF></VARIABLE-DATA-PROTOTYPE>";
+}
+
 /// Reads texts as files "0.arxml", "1.arxml" …
 inline Reading read_texts(const std::vector<std::string>& texts, const ArxmlOptions& options = {}) {
   std::vector<std::istringstream> streams;
