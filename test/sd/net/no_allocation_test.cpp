@@ -27,12 +27,10 @@ constexpr MethodId tcp_event{0x8002};
 constexpr std::size_t warm_up = 500;
 constexpr std::size_t most_rows = 5;
 
-NodeConfig calm(const IpAddress& address, Duration collect_for = Duration::zero()) {
-  NodeConfig config = test::quick(address);
+NodeConfig config_for(const IpAddress& address, Duration collect_for = Duration::zero()) {
+  NodeConfig config = test::calm(address);  // discovery has its say before, and after
   config.collect_for = collect_for;
   config.tcp_send_buffer_bytes = 65'536;  // so that large messages have to wait
-  config.timing.repetitions_max = 0;      // discovery has its say before, and after
-  config.timing.cyclic_offer_delay = 1h;
   config.timing.ttl_s = 10'000;
   return config;
 }
@@ -128,8 +126,8 @@ class NoAllocationTest : public test::TwoNodes {
   }
 
   const Duration collects_for;
-  Node server{io, calm(test::server_address, collects_for)};
-  Node client{io, calm(test::client_address)};
+  Node server{io, config_for(test::server_address, collects_for)};
+  Node client{io, config_for(test::client_address)};
   OfferHandle offer;
   RequirementId requirement{};
   std::shared_ptr<const std::vector<std::byte>> large =
