@@ -118,10 +118,10 @@ void ServiceDiscovery::join_remote(Subscription& subscription, TimePoint now) no
   }
 }
 
-// Queues a Subscribe, or with a TTL of 0 a StopSubscribe.
-slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscription, TimePoint due,
+// Queues a Subscribe, or with a TTL of 0 a StopSubscribe, to who offers `remote`.
+slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscription,
+                                                      const slots::Remote& remote, TimePoint due,
                                                       std::uint32_t ttl_s, bool initial_data) noexcept {
-  const slots::Remote& remote = remotes_[subscription.remote];
   slots::PendingEntry* const pending = send(remote.peer, due);  // always by unicast  [feat_req_someipsd_818]
   if (pending == nullptr) {
     return nullptr;
@@ -187,10 +187,10 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   if (guards && cause < Cause::silence) {
     note_asked(remotes_[subscription.remote], subscription.state != State::subscribed, due);
   }
-  const bool server_is_asked =
-      settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
+  const slots::Remote& remote = remotes_[subscription.remote];
+  const bool server_is_asked = settings_.explicit_initial_data && peers_[remote.peer].explicit_initial_data;
   if (unanswered && !server_is_asked) {
-    send_subscribe(subscription, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
+    send_subscribe(subscription, remote, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
   }
   // The first Subscribe asks for initial events  [feat_req_someipsd_1191]. An additional one does not, as
   // long as the TTL of the previous one runs, answered or not  [feat_req_someipsd_1192]. Nor does one after a
@@ -202,7 +202,7 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
-  send_subscribe(subscription, due, subscription.ttl_s, initial_data)->first = first;
+  send_subscribe(subscription, remote, due, subscription.ttl_s, initial_data)->first = first;
   subscription.is_requested = true;
   if (cause < Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
@@ -248,7 +248,8 @@ void ServiceDiscovery::withdraw(Subscription& subscription, TimePoint now) noexc
   if (subscription.remote != Subscription::no_remote) {
     cancel_requests(subscription);
     if (link_up_ && subscription.state != State::idle && subscription.state != State::refused) {
-      if (slots::PendingEntry* const stop = send_subscribe(subscription, now, 0, false)) {
+      if (slots::PendingEntry* const stop =
+              send_subscribe(subscription, remotes_[subscription.remote], now, 0, false)) {
         stop->subscription = slots::Remote::none;  // [feat_req_someipsd_1177]
       }
     }
@@ -289,7 +290,7 @@ void ServiceDiscovery::renew_subscriptions(slots::Remote& remote, bool is_new,
     }
   }
   if (guards && remote.is_wanted && remote.subscribed_by == slots::Remote::none) {
-    take_subscriptions(remote, arrival.now);
+    take_subscriptions(remote, arrival);
   }
   for (std::uint16_t at = remote.subscribed_by; at != slots::Remote::none;) {
     Subscription& subscription = subscriptions_[at];
@@ -311,14 +312,15 @@ bool ServiceDiscovery::may_change(const Subscription& subscription, const Arriva
 
 // Where any major version will do, another one of the same instance is a rival, too. A connection is one to
 // the server that has the subscription.
-void ServiceDiscovery::take_subscriptions(slots::Remote& remote, TimePoint now) noexcept {
+void ServiceDiscovery::take_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept {
   for (Subscription& subscription : subscriptions_) {
     if (subscription.remote == Subscription::no_remote || subscription.instance != remote.instance ||
         subscription.tcp || !fits(requirements_[subscription.requirement], remote)) {
       continue;
     }
     slots::Remote& known = remotes_[subscription.remote];
-    if (known.peer != remote.peer && !known.has_answered && gives_way(known, now)) {
+    if (known.peer != remote.peer && !known.has_answered &&
+        (remote.has_answered || gives_way_to(remote, known, arrival))) {
       leave_remote(subscription, LossReason::replaced);
       attach(subscription, remote);
     }
@@ -347,7 +349,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return at != slots::Remote::none;
   };
   if (peers_[arrival.peer].remotes == 0 || search_remotes(entry.service, is_meant) == nullptr) {
-    count(counters_.ignored_unexpected_ack);
+    counters_.ignored_unexpected_ack += guards && rival_answers(entry, arrival) ? 0 : 1;
     return;
   }
   if (event_places() == 0) {

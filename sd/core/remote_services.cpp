@@ -301,7 +301,7 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
   slots::Remote* remote = remote_of(entry, otherserv_of(configurations_[offered.configuration]));
   bool is_taken_over = false;
   if (remote != nullptr && remote->peer != arrival.peer) {
-    if (!takes_over(offered, *remote, arrival.now)) {
+    if (!takes_over(offered, *remote, arrival)) {
       return;
     }
     is_taken_over = true;
@@ -457,22 +457,29 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     bool is_there = false;  // queued for another requirement
     for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
       const slots::PendingEntry& other = pending_[i];
-      is_there = other.entry.type == EntryType::find_service && other.entry.service == requirement.service &&
+      is_there = other.peer == slots::PendingEntry::to_multicast &&
+                 other.entry.type == EntryType::find_service && other.entry.service == requirement.service &&
                  other.entry.instance == requirement.instance && other.entry.major == requirement.major &&
                  other.configuration == requirement.configuration;
     }
     if (is_there) {
       continue;
     }
-    slots::PendingEntry* const pending = send(slots::PendingEntry::to_multicast, now);
-    pending->entry = {.type = EntryType::find_service,  // without endpoints  [feat_req_someipsd_877]
-                      .service = requirement.service,
-                      .instance = requirement.instance,
-                      .major = requirement.major,
-                      .ttl_s = settings_.timing.ttl_s,
-                      .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
-    pending->configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
+    send_find(requirement, slots::PendingEntry::to_multicast, now);
   }
+}
+
+// There is room for it.
+void ServiceDiscovery::send_find(const slots::Requirement& requirement, std::uint16_t to,
+                                 TimePoint now) noexcept {
+  slots::PendingEntry* const pending = send(to, now);
+  pending->entry = {.type = EntryType::find_service,  // without endpoints  [feat_req_someipsd_877]
+                    .service = requirement.service,
+                    .instance = requirement.instance,
+                    .major = requirement.major,
+                    .ttl_s = settings_.timing.ttl_s,
+                    .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
+  pending->configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
 }
 
 }  // namespace trestle::sd

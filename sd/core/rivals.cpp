@@ -1,8 +1,9 @@
 // Two servers that offer the same service: which of them is kept. Nobody can tell who is the honest one, but
 // whoever holds the place has to answer: as soon as somebody else offers the service, our Subscribes are
 // repeated by time until there is an answer, or too many are missing. Then the next who offers it has its
-// turn. Who has answered and comes back, after a restart for example, gets its place back from who came
-// meanwhile.
+// turn. As long as it has never answered, all others are asked, too, and the first who answers gets the
+// place: however many offer what they do not serve, none of them delays who does. Who has answered and comes
+// back, after a restart for example, gets its place back from who came meanwhile.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -11,6 +12,7 @@ namespace {
 
 constexpr unsigned unit = 26;  // of what is remembered: 67 ms, so that 14 bits begin anew after 18 minutes
 constexpr std::uint16_t mask = 0x3fff;
+constexpr std::uint16_t patience = 381;  // ticks for one answer: 400 ms
 
 std::uint16_t coarse(TimePoint at) noexcept {
   return static_cast<std::uint16_t>(at.time_since_epoch().count() >> unit);
@@ -152,7 +154,6 @@ void ServiceDiscovery::answered(slots::Remote& remote) noexcept {
 // subscription was to be renewed.
 // @return whether it matters: none is open, and there are none too many
 bool ServiceDiscovery::note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept {
-  constexpr std::uint16_t patience = 381;  // 400 ms for one answer
   const auto at = static_cast<std::uint16_t>(slots::ticks(when));
   // Of an answer that was due more than two seconds ago, its ticks may look as if it were still to come.
   if (static_cast<std::uint16_t>(remote.proof_due - at - 1) < 2000) {
@@ -186,10 +187,132 @@ bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept 
   return false;
 }
 
+// --- Others that offer the same, while nobody has answered ------------------------------------------------
+
+// Whether there is still somebody in the place who has not answered.
+bool ServiceDiscovery::is_open(const slots::Rival& rival) const noexcept {
+  const slots::Subscription& by = subscriptions_[rival.subscription];
+  return by.slot_state == SlotBase::State::in_use && by.remote != slots::Subscription::no_remote &&
+         !remotes_[by.remote].has_answered;
+}
+
+// That of who was asked before all others, but rather of one that has not answered.
+slots::Rival& ServiceDiscovery::place_for_rival() noexcept {
+  for (std::size_t i = 0; i < rivals_.size(); ++i) {
+    slots::Rival& rival = rivals_[next_rival_++ % rivals_.size()];
+    if (rival.has_answered == 0 || !is_open(rival)) {
+      return rival;
+    }
+  }
+  return rivals_[next_rival_++ % rivals_.size()];
+}
+
+// Whether the place of `known` goes to the host of `other`. If not, and nobody has answered yet, both are
+// asked.
+bool ServiceDiscovery::gives_way_to(slots::Remote& other, slots::Remote& known,
+                                    const Arrival& arrival) noexcept {
+  slots::Rival* rival = nullptr;
+  const std::uint16_t host = mark_of(peers_[other.peer].endpoint.address, someip::value(other.service));
+  for (slots::Rival& one : rivals_) {
+    if (one.host == host && is_open(one) && subscriptions_[one.subscription].remote == known.index) {
+      rival = &one;
+    }
+  }
+  if (rival != nullptr && rival->has_answered != 0) {
+    rival->host = 0;
+    answered(other);
+    return true;
+  }
+  if (gives_way(known, arrival.now)) {
+    return true;
+  }
+  if (!known.has_answered) {
+    ask_too(other, known, rival, arrival);
+  }
+  return false;
+}
+
+// By a Subscribe of a subscription to the same. Who offers again is asked again, but not before it had time
+// to answer.
+void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& known, slots::Rival* rival,
+                               const Arrival& arrival) noexcept {
+  constexpr std::uint16_t all = 0x7fff;
+  // It ends by itself, should the answer be lost.
+  constexpr std::uint32_t ttl_s = 1;
+  std::uint16_t by = known.subscribed_by;
+  // There is a connection only to who has the place.
+  while (by != slots::Remote::none &&
+         (subscriptions_[by].tcp || !fits(requirements_[subscriptions_[by].requirement], other))) {
+    by = subscriptions_[by].next;
+  }
+  const auto at = static_cast<std::uint16_t>(slots::ticks(arrival.answer_due) & all);
+  const bool was_just_asked = rival != nullptr && ((at - rival->asked) & all) < patience;
+  if (by == slots::Remote::none || was_just_asked || rivals_.empty() || is_guest(other.peer)) {
+    return;
+  }
+  if (pending_.free_places() < 2) {
+    refuse(Limit::pending_entries);
+    return;
+  }
+  const Duration pause{1'000'000'000U / settings_.max_entries_per_second};
+  const bool may_ask = std::ranges::all_of(subscriptions_[by].questions, [&](RateLimit& limit) {  // the one
+    return limit.take(arrival.now, pause, 100);
+  });
+  if (!may_ask) {
+    note(Limit::entries_per_second);
+    count(counters_.ignored_too_many);
+    return;
+  }
+  slots::Rival& place = rival != nullptr ? *rival : place_for_rival();
+  place.host = mark_of(peers_[other.peer].endpoint.address, someip::value(other.service));
+  place.subscription = by;
+  place.asked = at & all;
+  place.has_answered = 0;
+  // Which is not to be changed by what becomes of this.
+  send_subscribe(subscriptions_[by], other, arrival.answer_due, ttl_s, false)->subscription =
+      slots::Remote::none;
+}
+
+// Takes the answer of who was asked because it offers the same as somebody who has not answered. Its offer
+// was not kept, so it is asked for that, and gets the place with it. Its subscription ends, so that the next
+// one brings the initial events.
+bool ServiceDiscovery::rival_answers(const Entry& entry, const Arrival& arrival) noexcept {
+  const std::uint16_t host = mark_of(peers_[arrival.peer].endpoint.address, someip::value(entry.service));
+  for (slots::Rival& rival : rivals_) {
+    if (rival.host != host || rival.has_answered != 0 || !is_open(rival)) {
+      continue;
+    }
+    const slots::Subscription& by = subscriptions_[rival.subscription];
+    const slots::Requirement& requirement = requirements_[by.requirement];
+    if (requirement.service != entry.service || by.instance != entry.instance ||
+        by.eventgroup != entry.eventgroup() || by.counter != entry.counter()) {
+      continue;
+    }
+    if (entry.ttl_s == 0) {
+      return true;  // whoever refuses has not shown that it serves
+    }
+    rival.has_answered = 1;
+    if (pending_.free_places() < 2) {
+      refuse(Limit::pending_entries);  // it gets the place with the next offer
+      return true;
+    }
+    slots::Remote there;
+    there.service = entry.service;
+    there.instance = entry.instance;
+    there.major = entry.major;
+    there.peer = arrival.peer;
+    send_subscribe(by, there, arrival.now, 0, false)->subscription = slots::Remote::none;
+    send_find(requirement, arrival.peer, arrival.now);
+    return true;
+  }
+  return false;
+}
+
 // Two servers claim the same service. The known one stays until its TTL is over: changing with every offer
-// would help nobody. It is replaced only if it does not answer, came while the other was away, or is none
-// that anybody needs.
-bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, TimePoint now) noexcept {
+// would help nobody. It is replaced only if it does not answer, or the other one did first, or it came while
+// the other was away, or is none that anybody needs.
+bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known,
+                                  const Arrival& arrival) noexcept {
   contested_ = known.index;
   count(counters_.ignored_conflicting_offer);
   if constexpr (!guards) {
@@ -198,13 +321,13 @@ bool ServiceDiscovery::takes_over(slots::Remote& offered, slots::Remote& known, 
   offered.is_back = is_back(offered, known);
   // The other may have another minor.
   const bool is_needed = !known.is_wanted && requirements_of(offered) > 0;
-  if (!offered.is_back && !is_needed && !gives_way(known, now)) {
-    static_cast<void>(silence_seen(offered, now));
+  if (!offered.is_back && !is_needed && !gives_way_to(offered, known, arrival)) {
+    static_cast<void>(silence_seen(offered, arrival.now));
     return false;
   }
   contested_ = slots::Remote::none;
   loser_ = known.peer;
-  lose(known, LossReason::replaced, now);
+  lose(known, LossReason::replaced, arrival.now);
   if (offered.is_back) {
     note_back(offered);
   } else {

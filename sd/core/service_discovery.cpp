@@ -49,6 +49,7 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
     : pending_{storage.pending_entries},
       events_{storage.pending_events},
       silences_{storage.silences},
+      rivals_{storage.rivals},
       peers_{storage.peers},
       remotes_{storage.remotes},
       ids_{storage.ids},

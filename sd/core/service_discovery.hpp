@@ -646,6 +646,7 @@ class ServiceDiscovery {
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   void seek(TimePoint now) noexcept;
+  void send_find(const slots::Requirement& requirement, std::uint16_t to, TimePoint now) noexcept;
   void tell_network(SdWriter& writer) const noexcept;
   [[nodiscard]] bool leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept;
   [[nodiscard]] bool tells_our_network(const SdMessage& message) const noexcept;
@@ -660,7 +661,15 @@ class ServiceDiscovery {
   void spread(const slots::Remote& remote) noexcept;
   bool note_asked(slots::Remote& remote, bool is_open, TimePoint when) noexcept;
   [[nodiscard]] bool gives_way(slots::Remote& remote, TimePoint now) noexcept;
-  [[nodiscard]] bool takes_over(slots::Remote& offered, slots::Remote& known, TimePoint now) noexcept;
+  [[nodiscard]] bool takes_over(slots::Remote& offered, slots::Remote& known,
+                                const Arrival& arrival) noexcept;
+  [[nodiscard]] bool gives_way_to(slots::Remote& other, slots::Remote& known,
+                                  const Arrival& arrival) noexcept;
+  void ask_too(const slots::Remote& other, const slots::Remote& known, slots::Rival* rival,
+               const Arrival& arrival) noexcept;
+  [[nodiscard]] bool rival_answers(const Entry& entry, const Arrival& arrival) noexcept;
+  [[nodiscard]] bool is_open(const slots::Rival& rival) const noexcept;
+  [[nodiscard]] slots::Rival& place_for_rival() noexcept;
   [[nodiscard]] std::uint16_t holder_of(const slots::Remote& remote) const noexcept;
   [[nodiscard]] std::uint32_t held_by(const slots::Remote& remote) const noexcept;
   void note_held(const slots::Remote& remote) noexcept;
@@ -672,7 +681,7 @@ class ServiceDiscovery {
   void on_ack(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] bool may_change(const slots::Subscription& subscription, const Arrival& arrival) noexcept;
   void renew_subscriptions(slots::Remote& remote, bool is_new, const Arrival& arrival) noexcept;
-  void take_subscriptions(slots::Remote& remote, TimePoint now) noexcept;
+  void take_subscriptions(slots::Remote& remote, const Arrival& arrival) noexcept;
   enum class Cause : std::uint8_t { application_or_unicast_offer, multicast_offer, silence, rival };
   void request(slots::Subscription& subscription, TimePoint due, Cause cause) noexcept;
   void withdraw(slots::Subscription& subscription, TimePoint now) noexcept;
@@ -683,8 +692,8 @@ class ServiceDiscovery {
   void attach(slots::Subscription& subscription, slots::Remote& remote) noexcept;
   void detach(slots::Subscription& subscription) noexcept;
   void watch(TimePoint now) noexcept;
-  slots::PendingEntry* send_subscribe(const slots::Subscription& subscription, TimePoint due,
-                                      std::uint32_t ttl_s, bool initial_data) noexcept;
+  slots::PendingEntry* send_subscribe(const slots::Subscription& subscription, const slots::Remote& remote,
+                                      TimePoint due, std::uint32_t ttl_s, bool initial_data) noexcept;
   void lose(slots::Subscription& subscription, LossReason reason) noexcept;
   void tell_loss(slots::Subscription& subscription) noexcept;
 
@@ -714,7 +723,9 @@ class ServiceDiscovery {
   [[no_unique_address]] slots::OneIfGuarded<KnownFailures> known_failures_{};
   std::uint16_t next_silence_ = 0;
   std::span<slots::Silence> silences_;  // who did not answer, whatever became of its offers
-  TimePoint questions_due_ = never;     // when to look at who is contested
+  std::span<slots::Rival> rivals_;
+  std::uint16_t next_rival_ = 0;
+  TimePoint questions_due_ = never;  // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   [[no_unique_address]] slots::ServiceIds ids_;

@@ -113,6 +113,8 @@ struct DiscoveryRules {
   /// offers that it withdraws or changes: on average, and in a row. A refused one counts as four. Answers to
   /// our subscriptions count when they change one unasked. Further ones are ignored; an offer that is new, or
   /// only repeats another, is always taken. Each at least 1.
+  /// Also how often each subscription asks further hosts that offer the same as one that has not answered
+  /// yet.
   std::uint32_t max_entries_per_second = 2000;
   std::uint32_t max_entries_at_once = 10'000;
   /// Reboots of one peer that are believed: on average one in each such pause, and max_reboots_at_once in a

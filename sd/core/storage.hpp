@@ -37,8 +37,9 @@ struct Limits {
   /// Events waiting for poll_event(). When these are too few, something that ends waits in its own place, so
   /// that every loss is told; something new is refused. An offer needs one for each requirement that it fits.
   std::uint16_t max_pending_events = 512;
-  /// Hosts of which is remembered that they did not answer for a service that they offer. More of them, who
-  /// offer it in turn, begin anew each time.
+  /// Hosts of which is remembered that they did not answer for a service that they offer: more of them, who
+  /// offer it in turn, begin anew each time. And, as long as nobody has answered, hosts that were asked
+  /// beside the first one: an answer counts until so many more were asked.
   std::uint16_t max_silent_hosts = optimised_for_many ? 256 : 2;
 };
 
@@ -185,6 +186,14 @@ struct Silence {
   return static_cast<std::uint32_t>(at.time_since_epoch().count() >> 20U);
 }
 
+/// A host that was asked by one of our subscriptions, as it offers the same as one that has not answered yet.
+struct Rival {
+  std::uint16_t host = 0;  // a hash of the address and the service; 0: none
+  std::uint16_t subscription = 0;
+  std::uint16_t asked : 15 = 0;  // when, in ticks
+  std::uint16_t has_answered : 1 = 0;
+};
+
 /// Our subscription to an eventgroup of a peer.
 struct Subscription : SlotBase {
   /// `idle`: nothing was sent, or its TTL is over; `requested`: the server's answer is still to come.
@@ -212,6 +221,8 @@ struct Subscription : SlotBase {
   TimePoint expiry = never;
   Duration silence_timeout{};   // 0: none
   TimePoint silent_at = never;  // when to ask anew, unless an event comes
+  // Of questions to others that offer the same.
+  [[no_unique_address]] std::array<RateLimit, guards ? 1 : 0> questions{};
 };
 
 /// An Offer to a client, at a time that nobody can foresee, to see whether it hears it. In ticks.
@@ -299,6 +310,7 @@ struct StorageView {
   std::span<std::byte> configuration_bytes;
   std::span<slots::ConfigurationBlock> configurations;
   std::span<slots::Silence> silences;
+  std::span<slots::Rival> rivals;
   [[no_unique_address]] slots::ServiceIds ids{};  ///< for each of `remotes` and `requirements`, or none
 };
 
@@ -314,13 +326,11 @@ class Storage {
 
  public:
   [[nodiscard]] StorageView view() noexcept {
-    return {memory_.offers.view(),        memory_.eventgroups.view(),
-            memory_.subscribers.view(),   memory_.requirements.view(),
-            memory_.subscriptions.view(), memory_.remotes.view(),
-            memory_.peers.view(),         memory_.tcp_connections.view(),
-            memory_.pending.view(),       memory_.pending_events.view(),
-            memory_.configuration_bytes,  memory_.configurations.view(),
-            memory_.silences.view(),      memory_.ids_view()};
+    return {memory_.offers.view(),         memory_.eventgroups.view(),     memory_.subscribers.view(),
+            memory_.requirements.view(),   memory_.subscriptions.view(),   memory_.remotes.view(),
+            memory_.peers.view(),          memory_.tcp_connections.view(), memory_.pending.view(),
+            memory_.pending_events.view(), memory_.configuration_bytes,    memory_.configurations.view(),
+            memory_.silences.view(),       memory_.rivals.view(),          memory_.ids_view()};
   }
 
  private:
@@ -347,6 +357,7 @@ class Storage {
         configuration_bytes;
     Slots<slots::ConfigurationBlock, limits.max_configurations> configurations;
     Slots<slots::Silence, guards ? limits.max_silent_hosts : std::uint16_t{0}> silences;
+    Slots<slots::Rival, guards ? limits.max_silent_hosts : std::uint16_t{0}> rivals;
     struct Ids {
       Slots<ServiceId, limits.max_remote_services> remotes;
       Slots<ServiceId, limits.max_requirements> requirements;

@@ -24,6 +24,7 @@ class HeapStorage {
         configuration_bytes_((limits.max_configurations + std::size_t{1}) * limits.max_configuration_bytes),
         configurations_(limits.max_configurations),
         silences_(limits.max_silent_hosts),
+        rivals_(limits.max_silent_hosts),
         remote_ids_(limits.max_remote_services),
         requirement_ids_(limits.max_requirements) {}
 
@@ -41,6 +42,7 @@ class HeapStorage {
             configuration_bytes_,
             configurations_,
             silences_,
+            rivals_,
             {remote_ids_, requirement_ids_}};
   }
   /// Calls `visit(name, used, limit)` for each limit that peers or the application can reach.
@@ -73,6 +75,7 @@ class HeapStorage {
   std::vector<std::byte> configuration_bytes_;
   std::vector<slots::ConfigurationBlock> configurations_;
   std::vector<slots::Silence> silences_;
+  std::vector<slots::Rival> rivals_;
   std::vector<ServiceId> remote_ids_;
   std::vector<ServiceId> requirement_ids_;
 };

@@ -106,6 +106,7 @@ constexpr void for_each_table(const Limits& limits, MemoryView& memory, Visit vi
   visit(limits.pending_entries, memory.discovery.pending_entries);
   visit(limits.pending_events, memory.discovery.pending_events);
   visit(silent_hosts, memory.discovery.silences);
+  visit(silent_hosts, memory.discovery.rivals);
   visit(limits.services, memory.services);
   visit(limits.events, memory.events);
   visit(limits.needs, memory.needs);
