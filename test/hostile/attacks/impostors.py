@@ -7,7 +7,7 @@ import time
 import flows
 from attacker import CAR, Attacker, open_udp, pace
 from figures import Figure, at_least, at_most
-from lab import ADDRESS, MANY, SILENT, Failed
+from lab import ADDRESS, MANY, SILENT, STRANGERS, Failed
 from scenario import scenario
 from wire import (ENDLESS, GROUP, RESPONSE, SD_PORT, TCP, UDP, cloud, endpoint, load_balancing, sd_endpoint, service_entry,
                   someip)
@@ -154,7 +154,7 @@ def offer_and_refuse(rate):
                     attacker.say(bytes([7, 0, 0, 0]) + entry[4:9] + bytes(3) + entry[12:], to=sender[0])
 
 
-def first_offer(world, attack, rate, more="", tcp=False, within_s=3):
+def first_offer(world, attack, rate, more="", tcp=False, within_s=2):
     """The honest host comes while the impostor is there; its events have to come through all the same."""
     world.honest(routes=route("/events_in", 0x5002, "someip_to_dds", None if tcp else 45002, more=more),
                  ends=["events_in=read:/events_in:cloud"])
@@ -215,9 +215,24 @@ def first_offer_udp(world):
     first_offer(world, offer_udp_only, 4, more=", transport: tcp", tcp=True)
 
 
-@scenario("first-offers-in-turn", 10, "20 impostors offer an instance first, in turn; each is asked for 1.2 s at most")
+def offer_as_strangers(rate):
+    """In the names of 2,000 addresses that nobody has."""
+    attacker = Attacker()
+    strangers = STRANGERS[:2000]
+    for i in pace(rate):
+        stranger = strangers[i % len(strangers)]
+        attacker.say_as(stranger, service_entry(1, 0x5002, ttl=3, options=1), endpoint(stranger, 41100),
+                        session=1 + i // len(strangers))
+
+
+@scenario("first-offers-in-turn", 10, "20 impostors offer an instance first, in turn, and do not answer")
 def first_offers_in_turn(world):
-    first_offer(world, offer_in_turn, 20, within_s=25)
+    first_offer(world, offer_in_turn, 20)
+
+
+@scenario("first-offers-forged", 10, "100 Offers/s of an instance, first, from 2,000 addresses that nobody has")
+def first_offers_forged(world):
+    first_offer(world, offer_as_strangers, 100)
 
 
 def offer_for_calls(rate, protocol):
@@ -242,8 +257,8 @@ def called_over(world, offered, how):
     seen = flows.read(client.out)[0]["calls"]
     first = min((called for called, answered in seen.calls if answered), default=None)
     wait = (first - begin) / 1e9 if first else float("inf")
-    world.figures.append(at_most("the honest one is called after", wait, 3, "s", timed=bool(first)))
-    later = flows.calls(seen, begin + int(3e9), ended)
+    world.figures.append(at_most("the honest one is called after", wait, 2, "s", timed=bool(first)))
+    later = flows.calls(seen, begin + int(2e9), ended)
     world.figures.append(at_least("calls answered by it from then on", later.percent, 95, "%"))
 
 
