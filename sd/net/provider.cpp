@@ -247,7 +247,7 @@ void Provider::find_receivers(const OpenOffer& offer, MethodId event, const Subs
     if (same == receivers_.end()) {
       receivers_.push_back(receiver);
     } else {
-      same->burst = std::min(same->burst, receiver.burst);
+      same->burst = someip::lesser_burst(same->burst, receiver.burst);
     }
   };
   const auto uses_multicast = [&](const EventgroupSpec& group) {
@@ -294,8 +294,8 @@ std::size_t Provider::subscribers(OfferHandle handle, MethodId event) const {
 namespace {
 
 // As the application wants, else as the receiver can take it.
-someip::TpPacing with_burst(someip::TpPacing pacing, std::size_t burst) {
-  pacing.burst = pacing.burst.value_or(burst);
+someip::TpPacing with_burst(someip::TpPacing pacing, const std::optional<std::size_t>& burst) {
+  pacing.burst = pacing.burst ? pacing.burst : burst;
   return pacing;
 }
 

@@ -23,8 +23,8 @@ class Provider {
   struct Receiver {
     Endpoint to;
     Transport transport = Transport::udp;
-    /// Segments that may leave at once, as its subscriptions tell: the least of them.
-    std::size_t burst = someip::default_burst;
+    /// Segments that may leave at once, as its subscriptions tell: the least of them; see burst_into().
+    std::optional<std::size_t> burst{};
   };
 
   OfferHandle offer(ServiceSpec spec, TimePoint now);

@@ -18,9 +18,11 @@ TEST(TpPacing, FillsAQuarterOfWhatTheReceiverTells) {
   covers({"feat_req_someiptp_801"});
   // Twice the bytes asked for are there, and a segment is charged 2304: 2 * 8 MiB / 4 / 2304.
   EXPECT_EQ(burst_into(8U << 20U), 1820U);
-  EXPECT_EQ(burst_into(212'992), 46U);
   EXPECT_EQ(burst_into(106'496), 23U);
-  EXPECT_EQ(burst_into(0), 48U) << "nothing told";
+  EXPECT_EQ(burst_into(330'000), 71U);
+  EXPECT_EQ(burst_into(0), std::nullopt) << "nothing told";
+  EXPECT_EQ(burst_into(212'991), 46U);
+  EXPECT_EQ(burst_into(212'992), std::nullopt) << "46 each 500 us are less than who tells nothing gets";
   EXPECT_EQ(burst_into(1), 4U) << "however little is told";
   EXPECT_EQ(burst_into(1, 32), 32U);
   EXPECT_EQ(burst_into(0xffff'ffff), 4096U) << "whatever is told";
@@ -41,7 +43,38 @@ TEST(PaceWindow, LetsABurstLeaveInEachSeparation) {
   covers({"feat_req_someiptp_801"});
   const TpPacing pacing{.burst = 10, .separation = 500us};
   EXPECT_THAT(rooms({}, pacing, {0us, 1us, 499us, 500us, 999us, 1000us}), ElementsAre(10, 0, 0, 10, 0, 10));
-  EXPECT_THAT(rooms({}, {.separation = 500us}, {0us, 500us}), ElementsAre(48, 48)) << "the default burst";
+}
+
+TEST(PaceWindow, LetsPiecesLeaveForAReceiverThatDoesNotTell) {
+  covers({"feat_req_someiptp_801"});
+  EXPECT_THAT(rooms({}, {}, {0us, 99us, 100us, 199us, 200us, 300us}), ElementsAre(48, 0, 0, 0, 14, 14));
+  EXPECT_THAT(rooms({}, {.separation = 1ms}, {0us, 399us, 400us, 600us}), ElementsAre(48, 0, 14, 14));
+  // A late timer costs nothing, and no time earns more than the first burst.
+  EXPECT_THAT(rooms({}, {}, {0us, 260us, 300us, 490us, 500us}), ElementsAre(48, 14, 14, 14, 14));
+  EXPECT_THAT(rooms({}, {}, {0us, 399us, 400us}), ElementsAre(48, 28, 14));
+  EXPECT_THAT(rooms({}, {}, {0us, 1s, 1s + 199us, 1s + 300us}), ElementsAre(48, 48, 0, 28));
+  // The first burst may leave in parts.
+  PaceWindow parts;
+  EXPECT_EQ(parts.room({}, start), 48U);
+  parts.sent(46);
+  EXPECT_EQ(parts.room({}, start), 2U);
+  parts.sent(2);
+  EXPECT_EQ(parts.room({}, start + 100us), 0U);
+  EXPECT_EQ(parts.room({}, start + 200us), 14U);
+  // Behind a message with a larger burst it waits as after its own.
+  PaceWindow window;
+  window.sent(window.room({.burst = 1000}, start));
+  EXPECT_EQ(window.room({}, start + 100us), 0U);
+  EXPECT_EQ(window.room({}, start + 200us), 14U);
+}
+
+TEST(TpPacing, TakesTheLesserOfTwoBursts) {
+  EXPECT_EQ(lesser_burst(30, 40), 30U);
+  EXPECT_EQ(lesser_burst(40, 30), 30U);
+  EXPECT_EQ(lesser_burst(32, std::nullopt), 32U);
+  EXPECT_EQ(lesser_burst(std::nullopt, 32), 32U);
+  EXPECT_EQ(lesser_burst(1820, std::nullopt), std::nullopt);
+  EXPECT_EQ(lesser_burst(std::nullopt, std::nullopt), std::nullopt);
 }
 
 TEST(PaceWindow, DoesNotSlowTheStreamDownWhenATimerIsLate) {
@@ -91,6 +124,8 @@ class Receiver {
  public:
   /// @param reads  a segment in this time.
   Receiver(std::size_t asked_bytes, Duration reads) : room_{2 * asked_bytes}, reads_{reads} {}
+  /// One that has asked for nothing.
+  static Receiver untuned(Duration reads) { return {212'992 / 2, reads}; }
 
   void arrive(std::size_t segments, TimePoint now) {
     read_until(now);
@@ -135,9 +170,8 @@ struct Sent {
   Duration time{};
 };
 
-// So many messages of so many segments, one behind the other, by a sender that knows `told` bytes.
-Sent send(Receiver receiver, std::size_t told, std::size_t messages, std::size_t segments) {
-  const TpPacing pacing{.burst = burst_into(told)};
+// So many messages of so many segments, one behind the other.
+Sent send(Receiver receiver, const TpPacing& pacing, std::size_t messages, std::size_t segments) {
   PaceWindow window;
   Sent result;
   TimePoint now = start;
@@ -157,6 +191,11 @@ Sent send(Receiver receiver, std::size_t told, std::size_t messages, std::size_t
   return result;
 }
 
+// By a sender that knows `told` bytes.
+Sent send(Receiver receiver, std::size_t told, std::size_t messages, std::size_t segments) {
+  return send(receiver, TpPacing{.burst = burst_into(told)}, messages, segments);
+}
+
 TEST(TpPacing, LosesNothingAtASlowReceiverWithASmallBuffer) {
   covers({"feat_req_someiptp_801"});
   // 64 KB, 14 segments each 500 us, and a reader that needs 30 us for each: 100 messages of 100 KB.
@@ -167,6 +206,15 @@ TEST(TpPacing, LosesNothingAtASlowReceiverWithASmallBuffer) {
   EXPECT_GT(send({65'536, 30us}, 0, 100, 72).lost, 1000U);
 }
 
+TEST(TpPacing, LosesNothingAtAReceiverThatNobodyTuned) {
+  covers({"feat_req_someiptp_801"});
+  // It reads 200 MB/s: 1000 messages of 1 MB, and 250 of 4 MB. The first burst makes 1 MB quicker than that.
+  EXPECT_EQ(send(Receiver::untuned(6960ns), 0, 1000, 754).lost, 0U);
+  EXPECT_EQ(send(Receiver::untuned(6960ns), 0, 250, 3014).lost, 0U);
+  EXPECT_LT(send(Receiver::untuned(6960ns), 0, 1, 754).time, 5300us);
+  EXPECT_LT(send(Receiver::untuned(6960ns), 0, 1, 3014).time, 21'500us);
+}
+
 TEST(TpPacing, SendsLargeBurstsToAReceiverWithALargeBuffer) {
   // 8 MiB; a message of 1 MB leaves at once, and ten of 4 MB fast.
   EXPECT_EQ(send({8U << 20U, 200ns}, 8U << 20U, 1, 754).time, 0us);
@@ -174,8 +222,8 @@ TEST(TpPacing, SendsLargeBurstsToAReceiverWithALargeBuffer) {
   EXPECT_EQ(large.lost, 0U);
   EXPECT_EQ(large.largest_burst, 1820U);
   EXPECT_LT(large.time, 10ms);
-  // At 48 segments each 500 us they took a third of a second.
-  EXPECT_GT(send({8U << 20U, 200ns}, 0, 10, 3014).time, 300ms);
+  // If it does not tell, they take a fifth of a second.
+  EXPECT_GT(send({8U << 20U, 200ns}, 0, 10, 3014).time, 200ms);
 }
 
 }  // namespace
