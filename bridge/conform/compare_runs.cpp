@@ -123,8 +123,16 @@ std::string comparison_text(const ReadRun& before, const ReadRun& after, const c
     }
     all += fmt::format("  {:40} {}\n", one.id, change_text(one));
   }
-  return all + fmt::format("{} as before{}\n", comparison.same,
-                           before.cancelled || after.cancelled ? "; one of the runs was not complete" : "");
+  all += fmt::format("{} as before\n", comparison.same);
+  const auto tell_if_cancelled = [&](const ReadRun& run, const char* which) {
+    if (run.cancelled) {
+      all += fmt::format("{}{}{}: it was ended before all cases were run, and has {} of them\n", colours.red,
+                         which, colours.off, run.cases.size());
+    }
+  };
+  tell_if_cancelled(before, "the run before is not complete");
+  tell_if_cancelled(after, "the run after is not complete");
+  return all;
 }
 
 StackMatrix matrix_of(const std::vector<ReadRun>& runs) {

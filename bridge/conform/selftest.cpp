@@ -41,10 +41,6 @@ bool may_find(const Case& one, const FaultRow& fault) {
                              [&](const std::string& text) { return conform::chosen(one, text); });
 }
 
-bool passed(const CaseResult& one) {
-  return one.outcome.verdict == Verdict::pass || one.outcome.verdict == Verdict::pass_nonstrict;
-}
-
 /// What is known so far, of all workers.
 class Known {
  public:
@@ -88,7 +84,7 @@ FaultResult try_fault(const FaultRow& fault, const Profile& profile, const std::
                        if (one.outcome.verdict == Verdict::fail) {
                          result.found_by.push_back(one.what->id);
                          known.failed(one.what);
-                       } else if (!passed(one)) {
+                       } else if (!is_good(one.outcome.verdict)) {
                          result.unjudged.push_back(one.what->id);
                        }
                      }};
@@ -138,6 +134,10 @@ std::size_t SelftestResult::found() const {
       std::ranges::count_if(faults, [](const FaultResult& one) { return !one.found_by.empty(); }));
 }
 
+std::size_t SelftestResult::passed() const {
+  return reference.count(Verdict::pass) + reference.count(Verdict::pass_nonstrict);
+}
+
 std::vector<std::string> SelftestResult::blind_cases() const {
   std::set<std::string> failed;
   for (const FaultResult& one : faults) {
@@ -145,7 +145,7 @@ std::vector<std::string> SelftestResult::blind_cases() const {
   }
   std::vector<std::string> blind;
   for (const CaseResult& one : reference.cases) {
-    if (passed(one) && !failed.contains(one.what->id)) {
+    if (is_good(one.outcome.verdict) && !failed.contains(one.what->id)) {
       blind.push_back(one.what->id);
     }
   }
@@ -183,8 +183,9 @@ SelftestResult selftest(const Profile& profile, const std::vector<const Case*>& 
                                        .on_end = options.on_case});
   // A case that the device does not even pass without a fault finds nothing.
   std::erase_if(cases, [&](const Case* one) {
-    return std::ranges::none_of(result.reference.cases,
-                                [&](const CaseResult& done) { return done.what == one && passed(done); });
+    return std::ranges::none_of(result.reference.cases, [&](const CaseResult& done) {
+      return done.what == one && is_good(done.outcome.verdict);
+    });
   });
   result.faults.resize(faults.size());
   Known known;

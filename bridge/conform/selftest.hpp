@@ -31,6 +31,8 @@ struct SelftestResult {
   std::vector<FaultResult> faults{};
 
   [[nodiscard]] std::size_t found() const;
+  /// Cases that passed without a fault, so that they can show that they find one.
+  [[nodiscard]] std::size_t passed() const;
   /// Cases that passed without a fault and failed with none.
   [[nodiscard]] std::vector<std::string> blind_cases() const;
 };

@@ -3,19 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "bridge/cli/shell_word.hpp"
 #include "bridge/program/command_model.hpp"
 
 namespace trestle::program {
 namespace {
-
-/// In single quotes, as all three shells take it. Fish alone would also read a backslash in them.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) {
-    result += c == '\'' ? std::string{"'\\''"} : std::string{c};
-  }
-  return result + "'";
-}
 
 /// The first line of what is said of a command or an option.
 std::string said_of(const std::string& description) {
@@ -31,7 +23,7 @@ std::string walk(const CLI::App& app, const std::string& word) {
     for (const CLI::Option* option : options_of(*command)) {
       for (const std::string& name : names_of(*option)) {
         if (option->get_type_size() != 0) {
-          with_value.push_back(quoted(full_name(*command) + " " + name));
+          with_value.push_back(cli::shell_quoted(full_name(*command) + " " + name));
         }
       }
     }
@@ -39,7 +31,7 @@ std::string walk(const CLI::App& app, const std::string& word) {
       cases += fmt::format("      {}) ((++i)) ;;\n", fmt::join(with_value, " | "));
     }
     for (const CLI::App* inner : commands_of(*command)) {
-      cases += fmt::format("      {0}) command={0} ;;\n", quoted(full_name(*inner)));
+      cases += fmt::format("      {0}) command={0} ;;\n", cli::shell_quoted(full_name(*inner)));
     }
   }
   return fmt::format("    case \"$command {}\" in\n{}    esac\n", word, cases);
@@ -58,7 +50,7 @@ std::string values(const CLI::App& app, fmt::string_view words, const char* file
       }
       const std::vector<std::string> choices = value_words(*option);
       for (const std::string& name : names_of(*option)) {
-        const std::string pattern = quoted(full_name(*command) + " " + name);
+        const std::string pattern = cli::shell_quoted(full_name(*command) + " " + name);
         if (!choices.empty()) {
           cases += fmt::format("    {}) {}; return ;;\n", pattern,
                                fmt::format(fmt::runtime(words), fmt::join(choices, " ")));
@@ -91,7 +83,7 @@ std::string bash_completion(const CLI::App& app) {
       const std::vector<std::string> names = names_of(*option);
       options.insert(options.end(), names.begin(), names.end());
     }
-    known += fmt::format("    {}) commands='{}' options='{}' ;;\n", quoted(full_name(*command)),
+    known += fmt::format("    {}) commands='{}' options='{}' ;;\n", cli::shell_quoted(full_name(*command)),
                          fmt::join(commands, " "), fmt::join(options, " "));
   }
   return fmt::format(
@@ -133,11 +125,11 @@ std::string zsh_completion(const CLI::App& app) {
     for (std::size_t at = 0; (at = word.find(':', at)) != std::string::npos; at += 2) {
       word.insert(at, "\\");
     }
-    return quoted(word + ":" + said_of(description));
+    return cli::shell_quoted(word + ":" + said_of(description));
   };
   std::string known;
   for (const CLI::App* command : all_commands(app)) {
-    known += fmt::format("    {})\n", quoted(full_name(*command)));
+    known += fmt::format("    {})\n", cli::shell_quoted(full_name(*command)));
     for (const CLI::App* inner : commands_of(*command)) {
       known += fmt::format("      commands+=({})\n", described(inner->get_name(), inner->get_description()));
     }
@@ -194,13 +186,13 @@ function __{0}_at
       for (const std::string& name : names_of(*option)) {
         if (option->get_type_size() != 0) {
           script += fmt::format("            case {}\n                set skip 1\n",
-                                quoted(full_name(*command) + " " + name));
+                                cli::shell_quoted(full_name(*command) + " " + name));
         }
       }
     }
     for (const CLI::App* inner : commands_of(*command)) {
-      script +=
-          fmt::format("            case {0}\n                set command {0}\n", quoted(full_name(*inner)));
+      script += fmt::format("            case {0}\n                set command {0}\n",
+                            cli::shell_quoted(full_name(*inner)));
     }
   }
   script += fmt::format(R"(        end
@@ -209,12 +201,13 @@ function __{0}_at
 end
 )");
   for (const CLI::App* command : all_commands(app)) {
-    const std::string here = fmt::format("complete -c {} -n {}", program,
-                                         quoted("__" + program + "_at \"" + full_name(*command) + "\""));
+    const std::string here =
+        fmt::format("complete -c {} -n {}", program,
+                    cli::shell_quoted("__" + program + "_at \"" + full_name(*command) + "\""));
     const std::vector<const CLI::App*> commands = commands_of(*command);
     for (const CLI::App* inner : commands) {
       script += fmt::format("{} -f -a {} -d {}\n", here, inner->get_name(),
-                            quoted(said_of(inner->get_description())));
+                            cli::shell_quoted(said_of(inner->get_description())));
     }
     if (!commands.empty()) {
       script += here + " -f\n";
@@ -229,11 +222,11 @@ end
       }
       const std::vector<std::string> choices = value_words(*option);
       if (!choices.empty()) {
-        script += fmt::format(" -x -a {}", quoted(fmt::format("{}", fmt::join(choices, " "))));
+        script += fmt::format(" -x -a {}", cli::shell_quoted(fmt::format("{}", fmt::join(choices, " "))));
       } else if (option->get_type_size() != 0) {
         script += is_file(*option) ? " -r -F" : " -x";
       }
-      script += fmt::format(" -d {}\n", quoted(said_of(option->get_description())));
+      script += fmt::format(" -d {}\n", cli::shell_quoted(said_of(option->get_description())));
     }
   }
   return script;

@@ -88,11 +88,23 @@ std::vector<const Case*> cases_of(const Arguments& arguments) {
                                "('sd.offer.ttl'), the start of "
                                "one ('sd.offer'), a pattern ('*.ttl'), a TC8 id, or the id of a requirement"};
   }
-  std::vector<const Case*> all = choose(all_cases(), arguments.selectors, level_of(arguments.level));
-  std::erase_if(all, [&](const Case* one) {
-    return arguments.role != "both" && arguments.role != to_string(one->role);
-  });
-  return all;
+  const auto chosen_by = [&](const std::vector<std::string>& selectors) {
+    std::vector<const Case*> all = choose(all_cases(), selectors, level_of(arguments.level));
+    std::erase_if(all, [&](const Case* one) {
+      return arguments.role != "both" && arguments.role != to_string(one->role);
+    });
+    return all;
+  };
+  // What asks for something and gets nothing must not look like something that went well.
+  for (const std::string& selector : arguments.selectors) {
+    if (chosen_by({selector}).empty()) {
+      throw CLI::ValidationError{
+          selector, fmt::format("chooses no case with --level {} --role {}; 'trestle conform explain' tells "
+                                "the level and the role of a case",
+                                arguments.level, arguments.role)};
+    }
+  }
+  return chosen_by(arguments.selectors);
 }
 
 /// The case that runs now, on a line that the next one takes away. Only where somebody looks.
@@ -181,26 +193,26 @@ int run(const Arguments& arguments) {
                "note: there is one device, so that cases run one after the other: --jobs is for one that the "
                "profile starts on loopback\n");
   }
-  const RunResult result =
-      run_side_by_side(devices, cases,
-                       {.folder = arguments.folder,
-                        .programs = programs(),
-                        .seed = arguments.seed,
-                        .cancelled = begun->cancelled(),
-                        .on_begin = [&](const Case& one) { progress.begin(one.id); },
-                        .on_end =
-                            [&](const CaseResult& one) {
-                              progress.clear();
-                              if (!arguments.quiet || one.outcome.verdict == Verdict::fail ||
-                                  one.outcome.verdict == Verdict::error) {
-                                tree.add(one);
-                              }
-                            },
-                        .on_problem =
-                            [&](const std::string& text) {
-                              progress.clear();
-                              fmt::print(stderr, "{}\n", text);
-                            }});
+  const RunResult result = run_side_by_side(
+      devices, cases,
+      {.folder = arguments.folder,
+       .programs = programs(),
+       .seed = arguments.seed,
+       .cancelled = begun->cancelled(),
+       .on_begin = [&](const Case& one) { progress.begin(one.id); },
+       .on_end =
+           [&](const CaseResult& one) {
+             progress.clear();
+             if (!arguments.quiet ||
+                 !(is_good(one.outcome.verdict) || one.outcome.verdict == Verdict::unsupported)) {
+               tree.add(one);
+             }
+           },
+       .on_problem =
+           [&](const std::string& text) {
+             progress.clear();
+             fmt::print(stderr, "{}\n", text);
+           }});
   progress.clear();
   write_results(result, info);
   fmt::print("{}\n{}report.html, results.json, junit.xml and a capture of each case are in {}; seed {}{}\n",
@@ -279,7 +291,7 @@ int check_itself(const Arguments& arguments) {
                 .jobs = arguments.jobs,
                 .on_case =
                     [&](const CaseResult& one) {
-                      if (one.outcome.verdict == Verdict::fail || one.outcome.verdict == Verdict::error) {
+                      if (!is_good(one.outcome.verdict) && one.outcome.verdict != Verdict::unsupported) {
                         tree.add(one);
                       }
                     },
@@ -298,17 +310,27 @@ int check_itself(const Arguments& arguments) {
                                  colours.off);
                       std::fflush(stdout);
                     }});
-  const std::vector<std::string> blind = result.blind_cases();
-  for (const std::string& id : blind) {
-    fmt::print("{}    blind{}  {} fails with none of the faults\n", colours.yellow, colours.off, id);
+  // Whether a case is blind is known when it has met all faults.
+  const bool all_faults = arguments.faults.empty();
+  const std::vector<std::string> passing = result.blind_cases();
+  for (const std::string& id : passing) {
+    fmt::print("{}{:>9}{}  {} fails with none of the{} faults\n", colours.yellow,
+               all_faults ? "blind" : "passes", colours.off, id, all_faults ? "" : " chosen");
   }
   fmt::print("without a fault: {}\n", summary(result.reference, colours));
-  fmt::print("{} of {} faults are found; {} of {} cases fail with a fault\n", result.found(),
-             result.faults.size(),
-             result.reference.cases.size() - result.reference.count(Verdict::unsupported) - blind.size(),
-             result.reference.cases.size() - result.reference.count(Verdict::unsupported));
+  // Those that the device fails without a fault, or that cannot be judged, show nothing with one.
+  const std::size_t judged = result.reference.cases.size() - result.reference.count(Verdict::unsupported);
+  fmt::print("{} of {} faults are found; {} of {} cases fail with a fault", result.found(),
+             result.faults.size(), result.passed() - passing.size(), judged);
+  if (judged != result.passed()) {
+    fmt::print("; {} do not pass without one", judged - result.passed());
+  }
+  if (const std::size_t left_out = result.reference.count(Verdict::unsupported); left_out > 0) {
+    fmt::print("; {} unsupported", left_out);
+  }
+  fmt::print("\n");
   const bool good = !result.reference.cancelled && result.found() == result.faults.size() &&
-                    result.reference.count(Verdict::fail) == 0 && result.reference.count(Verdict::error) == 0;
+                    result.passed() == judged && (passing.empty() || !all_faults);
   return good ? cli::exit_ok : cli::exit_failure;
 }
 
@@ -365,7 +387,8 @@ void add_conform_command(CLI::App& app, int& status, const generate::SourceReade
   cli::option(*run_command, "--jobs", run_arguments->jobs, "N",
               "So many devices at once, where the profile starts one on loopback")
       ->check(CLI::Range(1, 64));
-  run_command->add_flag("-q,--quiet", run_arguments->quiet, "Print only cases that fail");
+  run_command->add_flag("-q,--quiet", run_arguments->quiet,
+                        "Print only cases that fail, or cannot be judged");
   command("list", "List cases", list, "Example:\n  trestle conform list sd --level must", false);
   command("explain", "Say what cases are about: requirements and TC8 cases in our words", explain,
           "Examples:\n"
@@ -378,7 +401,9 @@ void add_conform_command(CLI::App& app, int& status, const generate::SourceReade
       "Examples:\n"
       "  trestle conform selftest --dut examples/ets_device/profile.yaml\n"
       "  trestle conform selftest --dut examples/ets_device/profile.yaml --fault ack-ttl --quick\n"
-      "Exit status: 0 when all faults are found and no case fails without a fault, 1 otherwise.",
+      "Exit status: 0 when all faults are found, each case passes without a fault, and fails with one "
+      "(without "
+      "--fault);\n1 otherwise.",
       true);
   add_profile_command(*conform, status, readers);
   add_replay_command(*conform, status);

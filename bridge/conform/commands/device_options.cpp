@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <filesystem>
 #include <vector>
 
 #include "bridge/cli/option.hpp"
+#include "bridge/cli/shell_word.hpp"
 #include "bridge/documents/document.hpp"
 #include "someip/net/address_text.hpp"
 #include "someip/net/addresses.hpp"
@@ -31,6 +33,15 @@ void take_device(DeviceOptions& options, const std::string& address) {
                                                options.device + " and " + address};
   }
   options.device = address;
+}
+
+/// Who reads a number from the text alone takes what is too large for the largest one, and -1 for that, too.
+std::string check_seed(const std::string& text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  return error == std::errc{} && end == text.data() + text.size()
+             ? ""
+             : "'" + text + "' is no seed: a number from 0 to 18446744073709551615";
 }
 
 /// A profile, and the address of the device: whichever of them a word is.
@@ -71,7 +82,8 @@ void add_device_options(CLI::App& command, DeviceOptions& options) {
                   "Our own address is that of this network interface in the subnet of the device")
       ->type_name("IF")
       ->excludes("--tester");
-  cli::option(command, "--seed", options.seed, "N", "Of everything random: the same seed, the same run");
+  cli::option(command, "--seed", options.seed, "N", "Of everything random: the same seed, the same run")
+      ->check(check_seed);
   command
       .add_option_function<std::string>(
           "--device", [&options](const std::string& address) { take_device(options, address); },
@@ -138,15 +150,15 @@ std::string programs() {
 }
 
 std::string as_words(const DeviceOptions& options) {
-  std::string words = " --dut " + options.profile;
+  std::string words = " --dut " + cli::shell_word(options.profile);
   if (!options.tester.empty()) {
-    words += " --tester " + options.tester;
+    words += " --tester " + cli::shell_word(options.tester);
   }
   if (!options.device.empty()) {
-    words += " --device " + options.device;
+    words += " --device " + cli::shell_word(options.device);
   }
   if (!options.interface.empty()) {
-    words += " --interface " + options.interface;
+    words += " --interface " + cli::shell_word(options.interface);
   }
   return words + fmt::format(" --seed {}", options.seed);
 }

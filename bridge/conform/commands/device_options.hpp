@@ -38,7 +38,7 @@ void prepare_folder(const std::string& folder);
 /// The folder of the running program.
 [[nodiscard]] std::string programs();
 
-/// The options as they were given, but for --out: " --dut ecu.yaml --seed 1".
+/// The options as they were given, but for --out, as words of a shell: " --dut ecu.yaml --seed 1".
 [[nodiscard]] std::string as_words(const DeviceOptions& options);
 
 }  // namespace trestle::conform

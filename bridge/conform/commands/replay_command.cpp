@@ -11,8 +11,10 @@
 #include <memory>
 
 #include "bridge/cli/exit_status.hpp"
+#include "bridge/cli/shell_word.hpp"
 #include "bridge/conform/commands/result_output.hpp"
 #include "bridge/conform/replay/replay.hpp"
+#include "bridge/conform/replay/rules.hpp"
 #include "bridge/traffic/capture_reader.hpp"
 #include "pcaps/capture_file.hpp"
 #include "someip/net/address_text.hpp"
@@ -78,19 +80,29 @@ int replay(const ReplayArguments& arguments) {
       throw CLI::ValidationError{"--host", "'" + arguments.host + "' is no IP address"};
     }
   }
+  for (const std::string& selector : arguments.only) {
+    if (choose(replay_rules(), {selector}, Level::tc8).empty()) {
+      throw CLI::ValidationError{
+          "--only", "'" + selector +
+                        "' chooses no rule of replay. It is the id of a rule ('pcap.sd.session'), the start "
+                        "of one ('pcap.sd'), a pattern ('*.session'), a TC8 id, or the id of a requirement"};
+    }
+  }
   Replay judge{host};
   std::string files;
+  std::string words;
   for (const std::string& path : arguments.captures) {
     read_capture(path, arguments, judge);
     files += (files.empty() ? "" : " ") + path;
+    words += " " + cli::shell_word(path);
   }
   const std::string ports =
       arguments.ports.empty() ? "" : fmt::format(" --port {}", fmt::join(arguments.ports, " --port "));
   const RunInfo info{.profile_file = files,
                      .device = host ? someip::to_string(*host) : files,
                      .folder = arguments.folder.empty() ? "." : arguments.folder,
-                     .command = "trestle conform replay " + files +
-                                (host ? " --host " + arguments.host : "") + ports + " --only"};
+                     .command = "trestle conform replay" + words + (host ? " --host " + arguments.host : "") +
+                                ports + " --only"};
   RunResult run{.started = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
   for (CaseResult& one :
        judge.results(std::filesystem::proximate(arguments.captures.front(), info.folder).string())) {

@@ -33,7 +33,8 @@ int diff(const ResultsArguments& arguments) {
   const ReadRun before = run_at("BEFORE", arguments.before);
   const ReadRun after = run_at("AFTER", arguments.after);
   fmt::print("{}", comparison_text(before, after, cli::colours_for(STDOUT_FILENO)));
-  return compare(before, after).count(CaseChange::broke) == 0 ? cli::exit_ok : cli::exit_failure;
+  return !after.cancelled && compare(before, after).count(CaseChange::broke) == 0 ? cli::exit_ok
+                                                                                  : cli::exit_failure;
 }
 
 int matrix(const ResultsArguments& arguments) {
@@ -60,8 +61,8 @@ void add_results_commands(CLI::App& conform, int& status) {
       "Examples:\n"
       "  trestle conform diff last-week/ conform-results/\n"
       "  trestle conform run --dut ecu.yaml --out new; trestle conform diff baseline.json new\n"
-      "Exit status: 0 when each case that was good still is, 1 when one is not, 2 when a run cannot be "
-      "read.");
+      "Exit status: 0 when each case that was good still is, 1 when one is not or the later run was ended "
+      "before\nall of its cases were run, 2 when a run cannot be read.");
   one->callback([arguments, &status] { status = diff(*arguments); });
 
   CLI::App* table = conform.add_subcommand(

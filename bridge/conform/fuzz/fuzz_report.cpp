@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "bridge/cli/shell_word.hpp"
 #include "bridge/conform/report.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 #include "bridge/web/assets.hpp"
@@ -48,8 +49,8 @@ const char* how_sure(const Finding& finding) {
 }  // namespace
 
 std::string replay_command(const Finding& finding, const FuzzInfo& info) {
-  return fmt::format("trestle fuzz --dut {} --replay {}/{}", info.profile_file, info.folder,
-                     finding.evidence);
+  return fmt::format("trestle fuzz --dut {} --replay {}", cli::shell_word(info.profile_file),
+                     cli::shell_word(info.folder + "/" + finding.evidence));
 }
 
 std::string fuzz_summary(const FuzzResult& result, const FuzzInfo& info) {
