@@ -134,6 +134,16 @@ const char* to_string(Role role) noexcept {
   return role == Role::server ? "server" : "client";
 }
 
+std::vector<std::string> reasons_of(Need needs) {
+  std::vector<std::string> all;
+  for (const NeedRule& rule : need_rules) {
+    if (has(needs, rule.need)) {
+      all.emplace_back(rule.reason);
+    }
+  }
+  return all;
+}
+
 std::optional<std::string> unsupported(const Case& one, const Profile& profile) {
   if (one.role == Role::server && profile.services.empty()) {
     return "the device offers no service";

@@ -95,6 +95,8 @@ struct Case {
 [[nodiscard]] const char* to_string(Level level) noexcept;
 [[nodiscard]] const char* to_string(Role role) noexcept;
 
+/// The reasons for which a device does not have what is needed, one for each need.
+[[nodiscard]] std::vector<std::string> reasons_of(Need needs);
 /// Why a case makes no sense for this device; nothing: it does.
 [[nodiscard]] std::optional<std::string> unsupported(const Case& one, const Profile& profile);
 

@@ -11,7 +11,8 @@ namespace trestle::conform {
 /// Wall-clock time, as the kernel stamps what comes.
 using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
-/// What the tester sent or received: a UDP datagram, or one message of a TCP connection.
+/// What the tester sent or received: a UDP datagram, or one message of a TCP connection. Bytes of a
+/// connection that are no message, or not the whole of one, are a packet, too.
 struct Packet {
   std::uint64_t number = 0;  ///< from 1, as Wireshark counts them in the evidence
   WallTime time{};

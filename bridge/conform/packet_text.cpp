@@ -147,6 +147,9 @@ std::string message_text(const someip::Message& message) {
 }
 
 std::string packet_text(const Packet& packet) {
+  if (packet.ends) {
+    return "end of the connection";
+  }
   std::string all;
   someip::MessageCursor cursor{packet.bytes};
   for (std::size_t count = 0; const auto message = cursor.next(); ++count) {

@@ -39,6 +39,9 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
   for (const Tc8Id& id : one.tc8) {
     all += fmt::format("        <property name=\"tc8\" value=\"{}\"/>\n", id.text());
   }
+  if (result.outcome.retries > 0) {
+    all += fmt::format("        <property name=\"retries\" value=\"{}\"/>\n", result.outcome.retries);
+  }
   all += fmt::format("        <property name=\"verdict\" value=\"{}\"/>\n      </properties>\n",
                      to_string(result.outcome.verdict));
   const std::string reason = xml_text(result.outcome.reason);
@@ -146,7 +149,9 @@ std::string case_text(const CaseResult& result, const RunInfo& info, const cli::
                                 to_string(result.outcome.verdict), colours.off, one.id, colours.dim,
                                 one.title, colours.off);
   if (result.outcome.reason.empty()) {
-    return all;
+    return result.outcome.retries == 0
+               ? all
+               : all + fmt::format("\n{:>16}{}it {}{}", "", colours.dim, result.outcome.retried, colours.off);
   }
   all += fmt::format("\n{:>16}{}", "", result.outcome.reason);
   if (result.outcome.verdict == Verdict::fail || result.outcome.verdict == Verdict::error) {
@@ -166,8 +171,12 @@ std::string case_text(const CaseResult& result, const RunInfo& info, const cli::
 }
 
 std::string explanation(const Case& one) {
-  std::string all = fmt::format("{}\n  The device {}.\n  level {}, role {}\n", one.id, one.title,
-                                to_string(one.level), to_string(one.role));
+  std::string all = fmt::format("{}\n  The device {}.\n  level {}, role {}, at most {:.0f} s\n", one.id,
+                                one.title, to_string(one.level), to_string(one.role),
+                                std::chrono::duration<double>(one.budget).count());
+  for (const std::string& reason : reasons_of(one.needs)) {
+    all += fmt::format("  unsupported where: {}\n", reason);
+  }
   for (const RequirementId& id : one.requirements) {
     const RequirementRow* row = find_requirement(id.text());
     all += fmt::format("  {}: {}\n", id.text(), row == nullptr ? "" : row->summary);
@@ -250,6 +259,8 @@ std::string results_json(const RunResult& run, const RunInfo& info) {
                      {"reason", result.outcome.reason},
                      {"differences", differences},
                      {"attempts", result.attempts},
+                     {"retries", result.outcome.retries},
+                     {"retried", result.outcome.retried},
                      {"milliseconds", result.took.count()},
                      {"evidence", result.evidence},
                      {"again", again(one, info)}});

@@ -96,6 +96,7 @@ Attempt outcome_of(const Case& one, Trial& trial, Watch& watch) {
     attempt = trial.attempt();
   } catch (const Ended& ended) {
     attempt = trial.attempt();
+    attempt.differences.insert(attempt.differences.end(), ended.differences.begin(), ended.differences.end());
     // What was noted before says more than that something else did not come, or that it takes too long.
     if (attempt.verdict != Verdict::fail ||
         (ended.verdict != Verdict::fail && ended.verdict != Verdict::error)) {

@@ -287,7 +287,10 @@ bool Tester::is_closed(PortId connection) const {
 }
 
 void Tester::close(PortId id) {
-  ports_.erase(id);
+  if (const auto known = ports_.find(id); known != ports_.end()) {
+    note_rest(*known->second);
+    ports_.erase(known);
+  }
 }
 
 void Tester::note_end(PortId id) {
@@ -296,6 +299,9 @@ void Tester::note_end(PortId id) {
 }
 
 void Tester::close_all() {
+  for (const auto& [id, one] : ports_) {
+    note_rest(*one);
+  }
   std::erase_if(ports_,
                 [this](const auto& one) { return one.first != sd_unicast_ && one.first != sd_multicast_; });
 }
@@ -436,12 +442,31 @@ void Tester::read_stream(Port& from) {
   } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) {
     from.closed = true;
   }
+  const bool is_reset = size < 0 && from.closed;
   ByteView rest{from.stream};
-  while (const auto message = someip::decode(rest)) {
+  auto message = someip::decode(rest);
+  while (message) {
     note(false, Transport::tcp, from.peer, from.local, rest.first(message->size()));
     rest = rest.subspan(message->size());
+    message = someip::decode(rest);
   }
   from.stream.assign(rest.begin(), rest.end());
+  // Where one has a wrong Length, nobody knows where the next one begins.
+  if (from.closed || message.error() != someip::WireError::truncated) {
+    note_rest(from);
+  }
+  if (from.closed) {
+    Packet& end = note(false, Transport::tcp, from.peer, from.local, {});
+    end.ends = true;
+    end.comment = is_reset ? "the device has reset the connection" : "the device has ended the connection";
+  }
+}
+
+void Tester::note_rest(Port& from) {
+  if (!from.stream.empty()) {
+    note(false, Transport::tcp, from.peer, from.local, from.stream);
+    from.stream.clear();
+  }
 }
 
 void Tester::accept(PortId id) {

@@ -53,8 +53,9 @@ class Tester {
   [[nodiscard]] Endpoint local(PortId port) const;
   /// Whether the peer has ended this TCP connection.
   [[nodiscard]] bool is_closed(PortId connection) const;
+  /// What came of a message that was not whole is a packet from now on.
   void close(PortId port);
-  /// Packets tell that this TCP connection ends now.
+  /// Packets tell that this TCP connection ends now, by us. That the peer ends one, they tell by themselves.
   void note_end(PortId connection);
   /// All but those of service discovery.
   void close_all();
@@ -94,6 +95,7 @@ class Tester {
   void read(PortId id);
   void read_datagrams(Port& from);
   void read_stream(Port& from);
+  void note_rest(Port& from);
   void accept(PortId id);
   void send_from(const Port& from, ByteView datagram, const Endpoint& to);
 

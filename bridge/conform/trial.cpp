@@ -14,6 +14,8 @@ using someip::MessageType;
 using someip::ReturnCode;
 
 constexpr int tries = 3;
+/// What the evidence says of messages that no case has asked for.
+constexpr const char* check = "check: is the device there?";
 /// Offers that come more seldom are not waited for.
 constexpr Duration longest_cycle = 5s;
 /// After a device has answered something later, an answer to something before may still be on its way for
@@ -22,6 +24,11 @@ constexpr Duration settling = 30ms;
 /// What was asked by multicast is answered after a time that is drawn at random, and must not look like an
 /// answer to what the next case asks.
 constexpr Duration response_delay = 50ms;
+
+std::string ids_text(const sd::Entry& entry) {
+  return fmt::format("service {:#06x}, instance {:#06x}, eventgroup {:#06x}", value(entry.service),
+                     value(entry.instance), value(entry.eventgroup()));
+}
 
 }  // namespace
 
@@ -92,9 +99,34 @@ void Trial::different(const std::string& field, const std::string& expected, con
   comment(packet, fmt::format("OFFENDING: {} is {}, expected {}", field, actual, expected));
 }
 
-void Trial::fail(const std::string& reason, Packet* packet) {
-  comment(packet, "OFFENDING: " + reason);
-  throw Ended{Verdict::fail, reason};
+void Trial::fail(const std::string& reason, const std::string& expected, const std::string& actual,
+                 Packet* packet) {
+  comment(packet, fmt::format("OFFENDING: {}: {}, expected {}", reason, actual, expected));
+  throw Ended{Verdict::fail,
+              reason,
+              {{.field = "message",
+                .expected = expected,
+                .actual = actual,
+                .packet = packet == nullptr ? 0 : packet->number}}};
+}
+
+void Trial::missing(const std::string& reason, const std::string& expected) {
+  tester.receive_now();
+  Packet* packet = stimulus_;
+  if (packet != nullptr) {
+    const auto waited = std::chrono::system_clock::now() - packet->time;
+    comment(packet, fmt::format("OFFENDING: no answer to this within {:.1f} s, expected {}",
+                                std::chrono::duration<double>(waited).count(), expected));
+  } else if (!tester.packets().empty()) {
+    packet = &tester.packets().back();
+    comment(packet, fmt::format("OFFENDING: up to here {}, expected {}", reason, expected));
+  }
+  throw Ended{Verdict::fail,
+              reason,
+              {{.field = "message",
+                .expected = expected,
+                .actual = "nothing",
+                .packet = packet == nullptr ? 0 : packet->number}}};
 }
 
 void Trial::unsupported(const std::string& reason) {
@@ -106,7 +138,12 @@ void Trial::inconclusive(const std::string& reason) {
 }
 
 Attempt Trial::attempt() const {
-  Attempt attempt{.differences = differences_, .stalled = tester.stalled() > Duration{0}};
+  Attempt attempt{
+      .differences = differences_, .retries = retries_, .stalled = tester.stalled() > Duration{0}};
+  if (retries_ > 0) {
+    const char* const which = unanswered_ ? "none" : most_asked_ == 2 ? "the 2nd" : "the 3rd";
+    attempt.retried = fmt::format("answered {} of {} requests", which, tries);
+  }
   if (!differences_.empty()) {
     const Difference& first = differences_.front();
     attempt.verdict = Verdict::fail;
@@ -164,10 +201,32 @@ void Trial::send_sd(const SdStimulus& stimulus, bool multicast, const char* what
   const Endpoint to = multicast ? tester.sd_group() : Endpoint{profile.device, profile.sd_port};
   const SdSessions::Next next = sessions.next(to);
   tester.send_sd(stimulus.encode(next.session, next.reboot), to);
-  comment(&tester.packets().back(), what);
+  if (std::string_view{what} == check) {
+    comment(&tester.packets().back(), what);
+  } else {
+    is_stimulus(what);
+  }
   asked_all_ = asked_all_ || (multicast && std::ranges::any_of(stimulus.entries, [](const sd::Entry& one) {
                                 return one.type == sd::EntryType::find_service;
                               }));
+}
+
+void Trial::is_stimulus(const std::string& what) {
+  stimulus_ = &tester.packets().back();
+  comment(stimulus_, what);
+}
+
+bool Trial::ask(const std::function<void()>& send, Duration within, const std::function<bool()>& done) {
+  for (int count = 1; count <= tries; ++count) {
+    retries_ += count == 1 ? 0 : 1;
+    send();
+    if (tester.receive(within, done)) {
+      most_asked_ = std::max(most_asked_, count);
+      return true;
+    }
+  }
+  unanswered_ = true;
+  return false;
 }
 
 Trial::EntryIs Trial::is_offer(const ServiceProfile& service) {
@@ -193,8 +252,9 @@ SeenEntry Trial::offer(const ServiceProfile& service) {
       comment(seen->packet, "the offer");
       return *seen;
     }
-    fail(fmt::format("no offer of service {:#06x} instance {:#06x} in three cycles", value(service.service),
-                     value(service.instance)));
+    missing(fmt::format("no offer of service {:#06x} instance {:#06x} in three cycles",
+                        value(service.service), value(service.instance)),
+            "an OfferService");
   }
   return answer_to_find(find_entry(service), true, service);
 }
@@ -254,23 +314,24 @@ void Trial::await_unicast_answers() {
 SeenEntry Trial::answer_to_find(const SdStimulus& find, bool multicast, const ServiceProfile& service) {
   await_unicast_answers();
   const std::size_t since = now();
-  for (int count = 0; count < tries; ++count) {
-    await_unicast_answers();
-    send_sd(find, multicast, "FindService");
-    if (auto seen = await_entry(since, profile.timing.answer_within, is_find_answer(service))) {
-      comment(seen->packet, "the answer");
-      return *seen;
-    }
+  if (auto seen = asked_for(
+          [&] {
+            await_unicast_answers();
+            send_sd(find, multicast, "FindService");
+          },
+          is_find_answer(service))) {
+    return *seen;
   }
   for (const SeenEntry& seen : entries_since(since, is_offer(service))) {
     if (is_between_cycles(seen)) {
       comment(seen.packet, "the answer?");
       fail(
           "no offer by unicast in answer to FindService, but one by multicast; a device that is meant to "
-          "answer so has policy: multicast_find_answers in its profile");
+          "answer so has policy: multicast_find_answers in its profile",
+          "an OfferService by unicast", "one by multicast", seen.packet);
     }
   }
-  fail("no offer in answer to FindService");
+  missing("no offer in answer to FindService", "an OfferService");
 }
 
 bool Trial::is_between_cycles(const SeenEntry& seen) {
@@ -325,33 +386,38 @@ Trial::EntryIs Trial::is_answer_to(const sd::Entry& subscribe) {
 
 SeenEntry Trial::answer_to(const SdStimulus& stimulus) {
   subscriptions_.push_back(stimulus);
-  const std::size_t since = now();
-  for (int count = 0; count < tries; ++count) {
-    send_sd(stimulus);
-    // Where the ids of the answer are wrong, a case wants to say so; only the type has to be right.
-    if (auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
-          return one.entry.type == sd::EntryType::subscribe_eventgroup_ack;
-        })) {
-      comment(seen->packet, "the answer");
-      return *seen;
-    }
+  // Where the ids of the answer are wrong, a case wants to say so; only the type has to be right.
+  if (auto seen = asked_for(
+          [&] { send_sd(stimulus); },
+          [](const SeenEntry& one) { return one.entry.type == sd::EntryType::subscribe_eventgroup_ack; })) {
+    return *seen;
   }
-  fail("no answer to SubscribeEventgroup");
+  missing("no answer to SubscribeEventgroup", "a SubscribeEventgroupAck");
+}
+
+std::optional<SeenEntry> Trial::asked_for(const std::function<void()>& send, const EntryIs& wanted) {
+  const std::size_t since = now();
+  std::vector<SeenEntry> found;
+  if (!ask(send, [&] {
+        found = entries_since(since, wanted);
+        return !found.empty();
+      })) {
+    return std::nullopt;
+  }
+  comment(found.front().packet, "the answer");
+  return found.front();
 }
 
 SeenEntry Trial::acknowledged(const SdStimulus& stimulus) {
   subscriptions_.push_back(stimulus);
   const std::size_t since = now();
   const EntryIs is_own = is_answer_to(stimulus.entries.front());
-  for (int count = 0; count < tries; ++count) {
-    send_sd(stimulus);
-    if (auto seen = await_entry(since, profile.timing.answer_within, is_own)) {
-      comment(seen->packet, "the answer");
-      if (seen->entry.ttl_s == 0) {
-        fail("the subscription is refused (SubscribeEventgroupNack)", seen->packet);
-      }
-      return *seen;
+  if (auto seen = asked_for([&] { send_sd(stimulus); }, is_own)) {
+    if (seen->entry.ttl_s == 0) {
+      fail("the subscription is refused (SubscribeEventgroupNack)", "a SubscribeEventgroupAck",
+           "a SubscribeEventgroupNack", seen->packet);
     }
+    return *seen;
   }
   // Late answers to what was sent before are not meant; but where nothing else came, they may tell what is
   // wrong.
@@ -359,9 +425,11 @@ SeenEntry Trial::acknowledged(const SdStimulus& stimulus) {
     return seen.entry.type == sd::EntryType::subscribe_eventgroup_ack;
   });
   if (!others.empty()) {
-    fail("the acknowledgement is of another eventgroup, service or instance", others.front().packet);
+    const SeenEntry& other = others.front();
+    fail("the acknowledgement is of another eventgroup, service or instance",
+         "one of " + ids_text(stimulus.entries.front()), "one of " + ids_text(other.entry), other.packet);
   }
-  fail("no answer to SubscribeEventgroup");
+  missing("no answer to SubscribeEventgroup", "a SubscribeEventgroupAck");
 }
 
 std::optional<SeenEntry> Trial::not_acknowledged(const SdStimulus& stimulus) {
@@ -424,7 +492,7 @@ PortId Trial::tcp() {
   if (!tcp_ || tester.is_closed(*tcp_)) {
     tcp_ = tester.connect(tcp_of(profile.service()), profile.timing.answer_within);
     if (!tcp_) {
-      fail("no TCP connection to the offered port");
+      missing("no TCP connection to the offered port", "a TCP connection");
     }
   }
   return *tcp_;
@@ -470,7 +538,7 @@ Call Trial::send(Call call, const Endpoint& to, PortId from) {
   } else {
     tester.send(from, call.encode(), to);
   }
-  comment(&tester.packets().back(), "stimulus");
+  is_stimulus();
   return call;
 }
 
@@ -516,29 +584,75 @@ Trial::MessageIs Trial::is_event(someip::MethodId event) const {
 }
 
 SeenMessage Trial::answer_to(Call call) {
-  if (auto seen = answer_if_any(std::move(call))) {
+  const std::size_t since = now();
+  if (auto seen = answer_if_any(call)) {
     return *seen;
   }
-  fail("no answer to the request");
+  if (call.transport == Transport::tcp) {
+    must_be_open(since);
+  }
+  missing("no answer to the request", "a response");
+}
+
+void Trial::must_be_open(std::size_t since) {
+  std::string broken;
+  for (std::size_t at = since; at < tester.packets().size(); ++at) {
+    Packet& packet = tester.packets()[at];
+    if (packet.sent || packet.transport != Transport::tcp) {
+      continue;
+    }
+    if (packet.ends) {
+      fail("no answer to the request: the device has ended the connection", "a response",
+           broken + "the end of the connection", &packet);
+    }
+    if (!someip::decode(packet.bytes)) {
+      broken =
+          fmt::format("{} bytes that are no message ({}), then ", packet.bytes.size(), hex(packet.bytes));
+    }
+  }
 }
 
 std::optional<SeenMessage> Trial::answer_if_any(Call call) {
   const std::size_t since = now();
-  const int most = call.transport == Transport::tcp ? 1 : tries;
-  for (int count = 0; count < most; ++count) {
-    const Call sent = send(call);
+  Call sent;
+  std::vector<SeenMessage> found;
+  const auto has_come = [&] {
     // An answer with a wrong Request ID is an answer, too: the port is this trial's own.
-    if (auto seen = await_message(since, profile.timing.answer_within, [&](const SeenMessage& one) {
-          return is_answer_to(sent)(one) || (one.message.header.type != MessageType::notification &&
-                                             one.message.header.service == call.service);
-        })) {
-      comment(seen->packet, "the answer");
-      equal("Client ID", value(sent.client), value(seen->message.header.client), seen->packet);
-      equal("Session ID", value(sent.session), value(seen->message.header.session), seen->packet);
-      return seen;
-    }
+    found = messages_since(since, [&](const SeenMessage& one) {
+      return is_answer_to(sent)(one) || (one.message.header.type != MessageType::notification &&
+                                         one.message.header.service == call.service);
+    });
+    return !found.empty();
+  };
+  if (call.transport == Transport::tcp) {
+    sent = send(call);
+    tester.receive(profile.timing.answer_within,
+                   [&] { return has_come() || (tcp_ && tester.is_closed(*tcp_)); });
+  } else {
+    ask([&] { sent = send(call); }, has_come);
   }
-  return std::nullopt;
+  if (found.empty()) {
+    return std::nullopt;
+  }
+  const SeenMessage& seen = found.front();
+  comment(seen.packet, "the answer");
+  equal("Client ID", value(sent.client), value(seen.message.header.client), seen.packet);
+  equal("Session ID", value(sent.session), value(seen.message.header.session), seen.packet);
+  return seen;
+}
+
+SeenMessage Trial::answer_from(const ServiceProfile& service, const std::string& who) {
+  const std::size_t since = now();
+  std::vector<SeenMessage> found;
+  Call sent;
+  if (!ask([&] { sent = send(request(service), udp_of(service), udp()); },
+           [&] {
+             found = messages_since(since, is_answer_to(sent));
+             return !found.empty();
+           })) {
+    missing("no answer from " + who, "a response");
+  }
+  return found.front();
 }
 
 SeenMessage Trial::good_answer_to(const Call& call) {
@@ -557,7 +671,7 @@ SeenMessage Trial::error_answer_to(const Call& call, std::optional<ReturnCode> c
   if (auto seen = error_answer_if_any(call, code)) {
     return *seen;
   }
-  fail("no answer to the request");
+  missing("no answer to the request", "an error");
 }
 
 std::optional<SeenMessage> Trial::error_answer_if_any(const Call& call, std::optional<ReturnCode> code) {
@@ -606,7 +720,12 @@ void Trial::not_answered(const Call& call) {
 
 void Trial::send_bytes(ByteView datagram) {
   tester.send(udp(), datagram, udp_of(profile.service()));
-  comment(&tester.packets().back(), "stimulus");
+  is_stimulus();
+}
+
+void Trial::send_bytes(PortId connection, ByteView bytes) {
+  tester.send(connection, bytes);
+  is_stimulus();
 }
 
 void Trial::pass() {
@@ -616,7 +735,7 @@ void Trial::pass() {
     return;
   }
   if (!alive()) {
-    fail("the device does not answer any more");
+    missing("the device does not answer any more", "an answer to a Find, and to the request of the profile");
   }
   tester.receive(settling, [] { return false; });
 }
@@ -626,7 +745,8 @@ SeenMessage Trial::event(someip::MethodId event, std::size_t since) {
     comment(seen->packet, "the event");
     return *seen;
   }
-  fail(fmt::format("event {:#06x} does not come", value(event)));
+  missing(fmt::format("event {:#06x} does not come", value(event)),
+          fmt::format("event {:#06x}", value(event)));
 }
 
 EventSource Trial::source() {
@@ -658,19 +778,25 @@ std::vector<SeenMessage> Trial::all_events(const EventSource& source) {
 
 SeenMessage Trial::event(const EventSource& source) {
   const std::size_t since = now();
-  ask_for(source);
-  if (auto seen =
-          await_message(since, 2 * source.cycle + profile.timing.answer_within * 2, is_event(source.event))) {
-    comment(seen->packet, "the event");
-    return *seen;
+  const Duration within = 2 * source.cycle + profile.timing.answer_within * 2;
+  std::vector<SeenMessage> found;
+  const auto has_come = [&] {
+    found = messages_since(since, is_event(source.event));
+    return !found.empty();
+  };
+  // One that comes by itself cannot be asked for again.
+  if (source.trigger ? ask([&] { ask_for(source); }, within, has_come) : tester.receive(within, has_come)) {
+    comment(found.front().packet, "the event");
+    return found.front();
   }
-  fail(fmt::format("event {:#06x} does not come", value(source.event)));
+  missing(fmt::format("event {:#06x} does not come", value(source.event)),
+          fmt::format("event {:#06x}", value(source.event)));
 }
 
 bool Trial::answers_find() {
   for (int count = 0; count < tries; ++count) {
     const std::size_t since = now();
-    send_sd({.entries = {find_entry(profile.service())}}, false, "check: is the device there?");
+    send_sd({.entries = {find_entry(profile.service())}}, false, check);
     // By an offer of the service: an entry of another type may be a late answer to what a case has sent.
     // Which other fields are right is for the cases.
     if (await_entry(since, profile.timing.answer_within, [this](const SeenEntry& seen) {
@@ -686,14 +812,17 @@ bool Trial::answers_find() {
 }
 
 bool Trial::answers_request() {
+  // It is no stimulus of a case.
+  Packet* const before = stimulus_;
   for (int count = 0; count < tries; ++count) {
     const std::size_t since = now();
-    Call check = request();
-    check.client = someip::ClientId{0x5aff};
-    check = send(check);
-    tester.packets().back().comment = "check: is the device there?";
+    Call call = request();
+    call.client = someip::ClientId{0x5aff};
+    call = send(call);
+    tester.packets().back().comment = check;
+    stimulus_ = before;
     if (await_message(since, profile.timing.answer_within, [&](const SeenMessage& seen) {
-          return seen.message.header.service == check.service || is_answer_to(check)(seen);
+          return seen.message.header.service == call.service || is_answer_to(call)(seen);
         })) {
       return true;
     }
@@ -711,13 +840,15 @@ bool Trial::offers_by_itself() {
 bool Trial::subscribes() {
   const UsedService& used = profile.used_by_itself();
   const SdStimulus offer = offer_of(used, {own_endpoint()});
+  Packet* const before = stimulus_;
   for (int count = 0; count < tries; ++count) {
     const std::size_t since = now();
-    send_sd(offer, true, "check: is the device there?");
+    send_sd(offer, true, check);
     const auto seen = await_entry(since, profile.timing.answer_within, [&](const SeenEntry& one) {
       return one.entry.kind() == sd::EntryKind::subscribe_eventgroup && one.entry.service == used.service;
     });
     withdraw(offer);
+    stimulus_ = before;
     if (seen) {
       return true;
     }
@@ -820,9 +951,10 @@ std::size_t Trial::restart(bool at_once) {
                       [&](const SeenEntry& seen) { return is_start()(seen) && seen.message.reboot(); });
   }
   if (entries_since(since, is_start()).empty()) {
-    fail(profile.services.empty()
-             ? "the device does not look for the service that it uses after it was started"
-             : "the device does not offer its service after it was started");
+    missing(profile.services.empty()
+                ? "the device does not look for the service that it uses after it was started"
+                : "the device does not offer its service after it was started",
+            profile.services.empty() ? "a FindService" : "an OfferService");
   }
   return since;
 }

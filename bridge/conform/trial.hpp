@@ -22,6 +22,7 @@ class Device;
 struct Ended {
   Verdict verdict{};
   std::string reason;
+  std::vector<Difference> differences{};  ///< what belongs to the reason
 };
 
 /// An entry of a received SD message. The views in `message` live as long as the packet.
@@ -96,8 +97,13 @@ class Trial {
       different(field, expected, actual, packet);
     }
   }
-  /// Ends the case.
-  [[noreturn]] void fail(const std::string& reason, Packet* packet = nullptr);
+  /// Ends the case: something else came than was expected, in this packet.
+  /// @param reason  for people; `expected` and `actual` stand beside each other in reports.
+  [[noreturn]] void fail(const std::string& reason, const std::string& expected, const std::string& actual,
+                         Packet* packet);
+  /// Ends the case: what had to come did not. In the evidence the message is marked that nothing came of: the
+  /// last one that the case has sent; where there is none, the last one of all.
+  [[noreturn]] void missing(const std::string& reason, const std::string& expected);
   [[noreturn]] void unsupported(const std::string& reason);
   [[noreturn]] void inconclusive(const std::string& reason);
   /// What was done is allowed; the verdict says that it was not what was hoped for.
@@ -124,6 +130,17 @@ class Trial {
                                                      const EntryIs& wanted);
 
   void send_sd(const SdStimulus& stimulus, bool multicast = false, const char* what = "stimulus");
+  /// From now on it is what the last packet is that was sent: a message that the device has to do something
+  /// about.
+  void is_stimulus(const std::string& what = "stimulus");
+  /// Sends up to three times, until `done`: over UDP a datagram may get lost. What is sent again is counted.
+  /// @param within  the time to wait each time
+  /// @return whether it was done.
+  bool ask(const std::function<void()>& send, Duration within, const std::function<bool()>& done);
+  /// The same, with the time that the device has for an answer.
+  bool ask(const std::function<void()>& send, const std::function<bool()>& done) {
+    return ask(send, profile.timing.answer_within, done);
+  }
 
   [[nodiscard]] static EntryIs is_offer(const ServiceProfile& service);
   /// An offer that answers to a Find: by unicast; where the profile says that it may come by multicast, one
@@ -160,6 +177,8 @@ class Trial {
   [[nodiscard]] SdStimulus subscribe(const EventgroupProfile& group, std::uint32_t ttl_s = 30);
   /// The option that names our UDP port.
   [[nodiscard]] Bytes own_endpoint();
+  /// The entry that answers to what is sent up to three times.
+  std::optional<SeenEntry> asked_for(const std::function<void()>& send, const EntryIs& wanted);
   /// Whether an entry answers this one: Ack or Nack.
   [[nodiscard]] static EntryIs is_answer_to(const sd::Entry& subscribe);
   /// Sends a Subscribe up to three times. Ends the case when there is no answer.
@@ -170,6 +189,8 @@ class Trial {
   /// noted.
   /// @return the Nack; nothing: it was ignored.
   std::optional<SeenEntry> not_acknowledged(const SdStimulus& stimulus);
+  /// It is ended when this trial ends.
+  void will_unsubscribe(const SdStimulus& stimulus) { subscriptions_.push_back(stimulus); }
   /// Ends a subscription that was made before.
   void unsubscribe(SdStimulus stimulus);
   /// An offer of a service that the device uses, all right, with `endpoints`.
@@ -212,6 +233,11 @@ class Trial {
   SeenMessage answer_to(Call call);
   /// The same; nothing: it is not answered.
   std::optional<SeenMessage> answer_if_any(Call call);
+  /// Ends the case, as no answer came, where the device has ended a TCP connection since then.
+  void must_be_open(std::size_t since);
+  /// The answer to the request of a service over UDP, at its own port.
+  /// @param who  for people: "instance 0x0002"
+  SeenMessage answer_from(const ServiceProfile& service, const std::string& who);
   /// As answer_to(), and notes everything that is not as in a good response.
   SeenMessage good_answer_to(const Call& call);
   /// The same for an error.
@@ -228,6 +254,8 @@ class Trial {
   void not_answered(const Call& call);
   /// Sends bytes from our UDP port to the first service.
   void send_bytes(ByteView datagram);
+  /// Sends bytes on a TCP connection.
+  void send_bytes(PortId connection, ByteView bytes);
   /// Asks the device something, so that all that was sent before has been dealt with when it answers. Ends
   /// the case when it does not answer. One without services is given the time for an answer.
   void pass();
@@ -243,7 +271,7 @@ class Trial {
   /// Asks for it, and waits until it must have come.
   /// @return what came of it.
   std::vector<SeenMessage> all_events(const EventSource& source);
-  /// Asks for it, and waits for it; ends the case when it does not come.
+  /// Asks for it up to three times, and waits for it; ends the case when it does not come.
   SeenMessage event(const EventSource& source);
 
   /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one, or,
@@ -305,6 +333,10 @@ class Trial {
   std::vector<Endpoint> sd_endpoints_;
   std::vector<Difference> differences_;
   std::string nonstrict_;
+  Packet* stimulus_ = nullptr;
+  int retries_ = 0;
+  bool unanswered_ = false;
+  int most_asked_ = 1;  ///< how often that was sent which was answered last of all
 };
 
 /// "00 2a ff", cut after some.

@@ -39,14 +39,22 @@ struct Attempt {
   Verdict verdict = Verdict::pass;
   std::string reason{};  ///< why it is no plain pass
   std::vector<Difference> differences{};
+  /// How often something was sent again, as no answer came: over UDP a datagram may get lost.
+  int retries = 0;
+  /// "answered the 3rd of 3 requests": of what took most; empty: nothing was sent again.
+  std::string retried{};
   bool alive_before = true;  ///< the device answered before
   bool alive_after = true;   ///< and afterwards
   bool stalled = false;      ///< the tester itself did not run for a while
 };
 
+/// More than one datagram that gets lost in one case is no accident any more.
+inline constexpr int tolerated_retries = 1;
+
 /// Judges an attempt with what is known of its surroundings:
 /// - where the device did not even answer before, nothing can be said;
 /// - where the tester stalled, a failure may be its own;
+/// - a device that had to be asked again and again is no plain pass;
 /// - a device that does not answer any more afterwards has failed, whatever it did before.
 [[nodiscard]] Attempt settled(Attempt attempt);
 

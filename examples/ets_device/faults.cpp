@@ -138,6 +138,10 @@ ssize_t send_with_fault(int fd, const msghdr& message, int flags) {
     for (int copy = 0; copy < out.copies; ++copy) {
       put_out(fd, how, out.bytes, flags);
     }
+    if (to && !out.besides.empty()) {
+      to->set(out.besides_to);
+      put_out(fd, how, out.besides, flags);
+    }
   }
   return static_cast<ssize_t>(all.size());
 }

@@ -28,6 +28,8 @@ struct Outgoing {
   bool multicast = false;  ///< it goes to a multicast group
   Receiver to{};           ///< of a datagram
   int copies = 1;          ///< 0: it gets lost
+  Bytes besides{};         ///< another datagram, which goes after it
+  Receiver besides_to{};
 };
 /// One that has come, before the device sees it. What is put into `answers` goes back to its sender.
 struct Incoming {

@@ -68,10 +68,17 @@ std::vector<Fault> message_faults() {
        good([](Bytes& b) { b[14] = static_cast<std::uint8_t>(b[14] | 1U); })},
       {"response-code", "rpc.response.return-code", "good responses have a return code",
        good([](Bytes& b) { b[15] = 1; })},
-      {"response-first-only", "rpc.request.id-reused,rpc.request.parallel", "every second response is lost",
+      {"response-first-only", "rpc.request.parallel", "every second response is lost",
        [](Outgoing& out) {
          static int count = 0;
          if (is_response(out.bytes) && out.bytes[8] == 0x5a && out.bytes[9] != 0xff && ++count % 2 == 0) {
+           out.copies = 0;
+         }
+       }},
+      {"request-id-once", "rpc.request.id-reused", "a Request ID is answered once, and then never again",
+       [](Outgoing& out) {
+         static std::set<unsigned> answered;
+         if (is_response(out.bytes) && !answered.insert(u32(out.bytes, 8)).second) {
            out.copies = 0;
          }
        }},

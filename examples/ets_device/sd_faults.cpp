@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "fault_ways.hpp"
 
@@ -10,6 +11,14 @@ namespace {
 Receiver last_subscriber;
 /// Whether an offer came that is none of ours.
 bool offered_by_others = false;
+
+void remember_subscriber(Incoming& in) {
+  each_option(in.bytes, [](Span o) {
+    if (type_of(o) == 4 && o.size() >= 12) {
+      last_subscriber = receiver_in(o);
+    }
+  });
+}
 
 }  // namespace
 
@@ -267,13 +276,17 @@ std::vector<Fault> sd_faults() {
            out.to = last_subscriber;
          }
        },
-       subscribe_message([](Incoming& in) {
-         each_option(in.bytes, [](Span o) {
-           if (type_of(o) == 4 && o.size() >= 12) {
-             last_subscriber = receiver_in(o);
-           }
-         });
-       })},
+       subscribe_message(remember_subscriber)},
+      {"initial-of-events", "event.initial.not-of-events",
+       "who subscribes gets a value of an event that is no field",
+       [](Outgoing& out) {
+         if (any_entry(out.bytes, is_ack) && u16(out.bytes, entries_at + 14) == 2 &&
+             last_subscriber.port != 0) {
+           out.besides = {0x01, 0x01, 0x80, 0x01, 0, 0, 0, 9, 0, 0, 0, 1, 1, 1, 2, 0, 0x2a};
+           out.besides_to = last_subscriber;
+         }
+       },
+       subscribe_message(remember_subscriber)},
       {"second-service-elsewhere", "sd.offer.shared-port",
        "the second service is offered at the ports of another one",
        entry([](std::span<const std::uint8_t> e) { return is_offer(e) && u16(e, 4) == 0x0102; },
@@ -455,6 +468,25 @@ std::vector<Fault> sd_faults() {
          static unsigned session = 0x1000;
          if (is_sd(in.bytes)) {
            set16(in.bytes, 10, ++session);
+         }
+       }},
+      {"channels-mixed",
+       "sd.reboot.channels",
+       "the sessions of a peer by unicast and by multicast are taken for one count",
+       {},
+       [](Incoming& in) {
+         static unsigned last = 0;
+         static bool false_reboot = false;
+         // Others than those of the device itself, which come back to it.
+         if ((any_entry(in.bytes, is_find) && u16(in.bytes, entries_at + 4) == 0x0101) ||
+             any_entry(in.bytes, is_subscribe)) {
+           const unsigned session = u16(in.bytes, 10);
+           // The next one shows the device what it would take for a restart: one by multicast did not show
+           // it.
+           if (std::exchange(false_reboot, session <= last && (in.bytes[flags_at] & 0x80U) != 0)) {
+             set16(in.bytes, 10, 1);
+           }
+           last = session;
          }
        }},
       {"one-entry-only",

@@ -26,11 +26,21 @@ class Talk {
   [[nodiscard]] const E2eProtection& how() const { return how_; }
   /// The next request; `spoil` may change its payload.
   [[nodiscard]] Call request(void (*spoil)(Bytes& payload) = nullptr) {
-    counter_ = (counter_ + 1) % e2e_counter_end(how_.profile);
-    return with_counter(spoil);
+    count();
+    return with_counter(how_, spoil);
   }
   /// With the counter of the one before.
-  [[nodiscard]] Call repeated() { return with_counter(nullptr); }
+  [[nodiscard]] Call repeated() { return with_counter(how_, nullptr); }
+  /// The next request, as a sender protects it that has another Data ID.
+  [[nodiscard]] Call foreign() {
+    E2eProtection other = how_;
+    other.data_id ^= 1U;
+    for (std::byte& one : other.data_ids) {
+      one ^= std::byte{0x55};
+    }
+    count();
+    return with_counter(other, nullptr);
+  }
   /// A request that is answered with E_OK, and a payload that is long enough; ends the case when none is.
   SeenMessage good_answer() {
     SeenMessage last;
@@ -38,14 +48,16 @@ class Talk {
       last = t_.answer_to(request());
       if (last.message.header.return_code == someip::ReturnCode::ok) {
         if (last.message.payload.size() < e2e_header_bytes(how_.profile)) {
-          t_.fail("the response has no room for the E2E header", last.packet);
+          t_.fail("the response has no room for the E2E header",
+                  fmt::format("at least {} bytes of payload", e2e_header_bytes(how_.profile)),
+                  std::to_string(last.message.payload.size()), last.packet);
         }
         return last;
       }
     }
-    t_.fail(fmt::format("protected requests are answered with code {:#04x}",
-                        static_cast<unsigned>(last.message.header.return_code)),
-            last.packet);
+    const auto code = static_cast<unsigned>(last.message.header.return_code);
+    t_.fail(fmt::format("protected requests are answered with code {:#04x}", code),
+            "a response with code 0x00", fmt::format("one with code {:#04x}", code), last.packet);
   }
 
  private:
@@ -58,13 +70,14 @@ class Talk {
     return *found;
   }
 
-  Call with_counter(void (*spoil)(Bytes& payload)) {
+  void count() { counter_ = (counter_ + 1) % e2e_counter_end(how_.profile); }
+  Call with_counter(const E2eProtection& how, void (*spoil)(Bytes& payload)) {
     Call call = t_.call(how_.method);
     call.client = someip::ClientId{0x5a61};
     call.session = someip::SessionId{++session_};
     const Bytes whole = call.encode();
     call.payload =
-        protect(how_, ByteView{whole}.subspan(8), content(), static_cast<std::uint32_t>(counter_), false);
+        protect(how, ByteView{whole}.subspan(8), content(), static_cast<std::uint32_t>(counter_), false);
     if (spoil != nullptr) {
       spoil(call.payload);
     }
@@ -103,6 +116,12 @@ void wrong_crc(Trial& t, Talk& talk) {
   talk.good_answer();
 }
 
+void wrong_data_id(Trial& t, Talk& talk) {
+  talk.good_answer();
+  t.not_served(talk.foreign());
+  talk.good_answer();
+}
+
 void repeated(Trial& t, Talk& talk) {
   talk.good_answer();
   // The check of a profile tells that the counter is repeated. What becomes of the data then, the standard
@@ -138,6 +157,7 @@ void add_e2e_cases(Cases& cases) {
            response},
       Kind{"counter", "counts its protected responses", counter},
       Kind{"wrong-crc", "does not serve a request whose CRC does not fit", wrong_crc},
+      Kind{"wrong-data-id", "does not serve a request that is protected with another Data ID", wrong_data_id},
       Kind{"repeated", "does not serve a protected request that comes again", repeated},
       Kind{"too-short", "does not serve a request that is too short for its protection", too_short}};
   for (const E2eProfile profile : {p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p8m, p11, p22, p44, p44m}) {

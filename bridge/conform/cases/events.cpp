@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/trial.hpp"
 
@@ -28,9 +30,7 @@ auto subscribed(void (*judge)(Trial& t, const SeenMessage& seen)) {
 auto triggered(std::uint16_t method, someip::MethodId event) {
   return [=](Trial& t) {
     t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
-    const std::size_t since = t.now();
-    send_trigger(t, method);
-    t.event(event, since);
+    t.event({.event = event, .trigger = someip::MethodId{method}});
   };
 }
 
@@ -48,7 +48,7 @@ SeenMessage any_notification(Trial& t) {
            one.packet->to == t.tester.local(t.udp());
   });
   if (!seen) {
-    t.fail("no event comes");
+    t.missing("no event comes", "an event");
   }
   return *seen;
 }
@@ -65,9 +65,7 @@ SeenMessage with_subscribers(Trial& t, std::size_t missing) {
     t.acknowledged(
         t.subscribe(t.profile.service(), group.id, {endpoint_option(t.tester.local(port), Transport::udp)}));
   }
-  const std::size_t since = t.now();
-  send_trigger(t, value(*group.trigger));
-  SeenMessage seen = t.event(group.events.front(), since);
+  SeenMessage seen = t.event({.event = group.events.front(), .trigger = group.trigger});
   t.pass();
   return seen;
 }
@@ -88,6 +86,13 @@ void initial(Trial& t, bool all) {
       return;
     }
   }
+}
+
+/// Whether another eventgroup has it as the notifier of a field.
+bool is_of_field(const ServiceProfile& service, someip::MethodId event) {
+  return std::ranges::any_of(service.eventgroups, [&](const EventgroupProfile& one) {
+    return one.initial_values && std::ranges::find(one.events, event) != one.events.end();
+  });
 }
 
 }  // namespace
@@ -189,9 +194,8 @@ void add_event_cases(Cases& cases) {
                  t.eventgroup([](const EventgroupProfile& one) { return one.multicast.has_value(); });
              t.tester.open_udp(group.multicast);
              t.acknowledged(t.subscribe(group));
-             const std::size_t since = t.now();
-             send_trigger(t, 0x3a);
-             const SeenMessage seen = t.event(group.events.front(), since);
+             const SeenMessage seen =
+                 t.event({.event = group.events.front(), .trigger = someip::MethodId{0x3a}});
              t.require(seen.packet->to == *group.multicast, "receiver", "the multicast group", "another",
                        seen.packet);
            }},
@@ -224,10 +228,8 @@ void add_event_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{5}, {t.own_endpoint()}));
-             const std::size_t since = t.now();
              t.acknowledged(t.subscribe(t.profile.service(), someip::EventgroupId{2}, {t.own_endpoint()}));
-             send_trigger(t, 0x03);
-             t.event(event_uint8, since);
+             t.event({.event = event_uint8, .trigger = someip::MethodId{0x03}});
            }},
       {.id = "event.not-subscribed",
        .title = "sends no events to whom has not subscribed",
@@ -252,6 +254,28 @@ void add_event_cases(Cases& cases) {
        .tc8 = {"SOMEIP_ETS_121"},
        .needs = Need::initial_values | Need::udp,
        .run = [](Trial& t) { initial(t, true); }},
+      {.id = "event.initial.not-of-events",
+       .title = "sends no values of events that are no fields to a new subscriber",
+       .requirements = {"feat_req_someipsd_833"},
+       .needs = Need::eventgroup | Need::udp,
+       .run =
+           [](Trial& t) {
+             const EventgroupProfile& group = t.eventgroup([](const EventgroupProfile& one) {
+               return !one.initial_values && !one.tcp && !one.cycle;
+             });
+             const std::size_t since = t.now();
+             t.acknowledged(t.subscribe(group));
+             t.pass();
+             for (const someip::MethodId event : group.events) {
+               if (is_of_field(t.profile.service(), event)) {
+                 continue;
+               }
+               for (const SeenMessage& seen : t.messages_since(since, t.is_event(event))) {
+                 t.different("event", "none, as nothing has happened", fmt::format("{:#06x}", value(event)),
+                             seen.packet);
+               }
+             }
+           }},
       {.id = "event.initial.not-at-renewal",
        .title = "sends no values when a subscription is renewed",
        .requirements = {"feat_req_someipsd_833"},

@@ -30,7 +30,8 @@ void recovers(Trial& t) {
       return;
     }
   }
-  t.fail("the device does not answer any more after this");
+  t.missing("the device does not answer any more after this",
+            "an answer to a Find, and to the request of the profile");
 }
 
 void burst_of_requests(Trial& t) {
@@ -85,12 +86,13 @@ void flood_of_entries(Trial& t) {
             t.await_entry(since, t.profile.timing.answer_within, Trial::is_answer_to(good.entries.front()))) {
       t.unsubscribe(good);
       if (seen->entry.ttl_s == 0) {
-        t.fail("the subscription is refused (SubscribeEventgroupNack)", seen->packet);
+        t.fail("the subscription is refused (SubscribeEventgroupNack)", "a SubscribeEventgroupAck",
+               "a SubscribeEventgroupNack", seen->packet);
       }
       return;
     }
   }
-  t.fail("no answer to SubscribeEventgroup");
+  t.missing("no answer to SubscribeEventgroup", "a SubscribeEventgroupAck");
 }
 
 /// Datagrams whose bytes mean nothing; every other one begins like a message.
@@ -141,7 +143,7 @@ void many_subscribers(Trial& t) {
     }
   }
   if (accepted.empty()) {
-    t.fail("none of the subscribers is accepted");
+    t.missing("none of the subscribers is accepted", "a SubscribeEventgroupAck");
   }
   const std::size_t since = t.now();
   t.ask_for(source);
@@ -178,7 +180,7 @@ void many_connections(Trial& t, int count, ByteView bytes) {
     }
   }
   if (open.empty()) {
-    t.fail("no TCP connection to the offered port");
+    t.missing("no TCP connection to the offered port", "a TCP connection");
   }
   recovers(t);
   for (const PortId one : open) {
@@ -199,7 +201,7 @@ void many_connections(Trial& t, int count, ByteView bytes) {
     }
     t.tester.close(*again);
   }
-  t.fail("no answer over TCP after the other connections have ended");
+  t.missing("no answer over TCP after the other connections have ended", "a response");
 }
 
 }  // namespace
@@ -256,7 +258,8 @@ void add_load_cases(Cases& cases) {
        .budget = 30s,
        .run = unfinished},
       {.id = "load.peers.subscribers",
-       .title = "acknowledges or refuses each of 100 subscribers, and serves those that it acknowledged",
+       .title = "acknowledges or refuses each of 100 subscribers, at 100 ports of one host, and serves those "
+                "that it acknowledged",
        .requirements = {"feat_req_someipsd_1137", "feat_req_someipsd_618"},
        .needs = Need::event | Need::eventgroup,
        .budget = 60s,
@@ -268,7 +271,7 @@ void add_load_cases(Cases& cases) {
        .budget = 60s,
        .run = [](Trial& t) { many_connections(t, 100, {}); }},
       {.id = "load.half-open.header",
-       .title = "survives TCP connections on which half a header comes and no more",
+       .title = "survives established TCP connections on which half a header comes and no more",
        .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
        .needs = Need::tcp | Need::request,
        .budget = 60s,
@@ -278,7 +281,8 @@ void add_load_cases(Cases& cases) {
              many_connections(t, 10, ByteView{whole}.first(8));
            }},
       {.id = "load.half-open.message",
-       .title = "survives TCP connections on which the beginning of a large message comes and no more",
+       .title =
+           "survives established TCP connections on which the beginning of a large message comes and no more",
        .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
        .needs = Need::tcp | Need::request,
        .budget = 60s,

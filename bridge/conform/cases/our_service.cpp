@@ -41,22 +41,21 @@ SdStimulus OurService::offer_message(std::uint32_t ttl_s) const {
 
 std::optional<SeenEntry> OurService::subscribe_since(std::size_t since, Duration within,
                                                      std::optional<someip::EventgroupId> group) {
-  return t_.await_entry(since, within, [&](const SeenEntry& seen) {
-    return seen.entry.kind() == sd::EntryKind::subscribe_eventgroup && seen.entry.service == used_.service &&
+  return t_.await_entry(since, within, is_subscribe(group));
+}
+
+Trial::EntryIs OurService::is_subscribe(std::optional<someip::EventgroupId> group) const {
+  return [service = used_.service, group](const SeenEntry& seen) {
+    return seen.entry.kind() == sd::EntryKind::subscribe_eventgroup && seen.entry.service == service &&
            (!group || seen.entry.eventgroup() == *group);
-  });
+  };
 }
 
 SeenEntry OurService::subscribed_to(const SdStimulus& offer, std::optional<someip::EventgroupId> group) {
-  const std::size_t since = t_.now();
-  for (int count = 0; count < 3; ++count) {
-    t_.offer_ours(offer);
-    if (auto seen = subscribe_since(since, t_.profile.timing.answer_within, group)) {
-      Trial::comment(seen->packet, "the subscription");
-      return *seen;
-    }
+  if (auto seen = t_.asked_for([&] { t_.offer_ours(offer); }, is_subscribe(group))) {
+    return *seen;
   }
-  t_.fail("no SubscribeEventgroup in answer to an offer");
+  t_.missing("no SubscribeEventgroup in answer to an offer", "a SubscribeEventgroup");
 }
 
 void OurService::answer(const SeenEntry& subscribe, bool good, std::optional<Endpoint> multicast) {
@@ -107,12 +106,12 @@ Bytes OurService::event_message(someip::MethodId event, std::uint8_t number) {
 
 void OurService::notify(someip::MethodId event, std::uint8_t number, const Endpoint& to) {
   t_.tester.send(udp_, event_message(event, number), to);
-  Trial::comment(&t_.tester.packets().back(), "event");
+  t_.is_stimulus("event");
 }
 
 void OurService::notify(someip::MethodId event, std::uint8_t number, PortId connection) {
   t_.tester.send(connection, event_message(event, number));
-  Trial::comment(&t_.tester.packets().back(), "event");
+  t_.is_stimulus("event");
 }
 
 Trial::EntryIs OurService::is_find() const {

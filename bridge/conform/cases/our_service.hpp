@@ -49,6 +49,7 @@ class OurService {
   [[nodiscard]] Trial::EntryIs is_find() const;
 
  private:
+  [[nodiscard]] Trial::EntryIs is_subscribe(std::optional<someip::EventgroupId> group) const;
   [[nodiscard]] Bytes event_message(someip::MethodId event, std::uint8_t value);
 
   Trial& t_;

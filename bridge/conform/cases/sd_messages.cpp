@@ -16,8 +16,9 @@ sd::EndpointOption endpoint_of(Trial& t, const SeenEntry& offer, Transport trans
       return one;
     }
   }
-  t.fail(transport == Transport::tcp ? "the offer has no TCP endpoint" : "the offer has no UDP endpoint",
-         offer.packet);
+  const char* const name = transport == Transport::tcp ? "TCP" : "UDP";
+  t.fail(fmt::format("the offer has no {} endpoint", name), fmt::format("an offer with a {} endpoint", name),
+         "one without", offer.packet);
 }
 
 /// The first option of the entry of which that is true, whatever else is right in it. Ends the case when
@@ -28,7 +29,8 @@ sd::Option first_option(Trial& t, const SeenEntry& seen, bool (*is_one)(sd::Opti
       return one;
     }
   }
-  t.fail("the entry refers to no such option that is there", seen.packet);
+  t.fail("the entry refers to no such option that is there", "an entry with the option", "one without",
+         seen.packet);
 }
 
 /// Options that are known for something else may stand before it. One of an unknown type is meant for it.
@@ -60,7 +62,7 @@ auto multicast_option(void (*judge)(Trial& t, const SeenEntry& ack, const sd::En
     const auto options = ack.endpoints(sd::EndpointRole::multicast);
     if (options.empty()) {
       t.fail("the acknowledgement has no multicast option (type 0x14 and Length 9, with IPv6 0x16 and 21)",
-             ack.packet);
+             "an acknowledgement with a multicast option", "one without", ack.packet);
     }
     judge(t, ack, options.front(), *group.multicast);
   };
@@ -113,7 +115,7 @@ void add_sd_message_cases(Cases& cases) {
                last = session;
              }
              if (!first) {
-               t.fail("no SD message by multicast after the start");
+               t.missing("no SD message by multicast after the start", "an SD message by multicast");
              }
              t.equal("Session ID", 1, value(first->header.session), first->packet);
            }},
@@ -335,17 +337,13 @@ void add_sd_message_cases(Cases& cases) {
              sd::Entry find = Trial::find_entry(t.profile.service());
              find.instance = someip::any_instance;
              // A cyclic offer does as well: whether Finds are answered is what other cases are about.
-             const std::size_t since = t.now();
-             std::optional<SeenEntry> seen;
-             for (int count = 0; count < 3 && !seen; ++count) {
-               t.send_sd({.entries = {find}}, true, "FindService");
-               seen = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
-                 return one.entry.kind() == sd::EntryKind::offer_service &&
-                        one.entry.service == t.profile.service().service;
-               });
-             }
+             const auto seen = t.asked_for([&] { t.send_sd({.entries = {find}}, true, "FindService"); },
+                                           [&](const SeenEntry& one) {
+                                             return one.entry.kind() == sd::EntryKind::offer_service &&
+                                                    one.entry.service == t.profile.service().service;
+                                           });
              if (!seen) {
-               t.fail("no offer, nor an answer to a Find of any instance");
+               t.missing("no offer, nor an answer to a Find of any instance", "an OfferService");
              }
              t.require(someip::names_an_instance(seen->entry.instance), "Instance ID", "0x0001 to 0xfffe",
                        fmt::format("{:#06x}", value(seen->entry.instance)), seen->packet);

@@ -65,7 +65,7 @@ struct Channel {
     }
     t.tester.send_sd(stimulus.encode(someip::SessionId{++session}, true),
                      {t.profile.device, t.profile.sd_port});
-    Trial::comment(&t.tester.packets().back(), "stimulus, with an SD endpoint option");
+    t.is_stimulus("stimulus, with an SD endpoint option");
   }
 
   PortId port;
@@ -75,19 +75,17 @@ struct Channel {
 
 /// The entry that comes to this endpoint, after up to three attempts.
 SeenEntry answer_there(Trial& t, Channel& channel, const SdStimulus& stimulus, sd::EntryType type) {
-  const std::size_t since = t.now();
-  for (int count = 0; count < 3; ++count) {
-    if (type == sd::EntryType::offer_service) {
-      t.await_unicast_answers();
-    }
-    channel.send(t, stimulus);
-    if (const auto seen = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
-          return one.entry.type == type && one.packet->to == channel.at;
-        })) {
-      return *seen;
-    }
+  if (const auto seen = t.asked_for(
+          [&] {
+            if (type == sd::EntryType::offer_service) {
+              t.await_unicast_answers();
+            }
+            channel.send(t, stimulus);
+          },
+          [&](const SeenEntry& one) { return one.entry.type == type && one.packet->to == channel.at; })) {
+    return *seen;
   }
-  t.fail("no answer to the endpoint that the SD endpoint option names");
+  t.missing("no answer to the endpoint that the SD endpoint option names", "an answer there");
 }
 
 SdStimulus find(Trial& t) {
@@ -114,7 +112,8 @@ sd::Option option_of(Trial& t, const SeenEntry& offer, sd::OptionType type, cons
     }
   }
   if (all.size() != 1) {
-    t.fail(fmt::format("the offer has {} {} options, expected 1", all.size(), name), offer.packet);
+    t.fail(fmt::format("the offer has {} {} options, expected 1", all.size(), name),
+           fmt::format("1 {} option", name), std::to_string(all.size()), offer.packet);
   }
   return all.front();
 }
@@ -390,12 +389,11 @@ void add_sd_option_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              for (const ServiceProfile* one : versions(t)) {
-               const std::size_t since = t.now();
                sd::Entry entry = Trial::find_entry(*one);
                entry.major = one->major;
-               t.send_sd({.entries = {entry}}, true, "FindService");
-               if (!t.await_entry(since, 2 * t.profile.timing.answer_within, is_offer_of_version(*one))) {
-                 t.fail(fmt::format("no offer of major version {}", one->major));
+               if (!t.asked_for([&] { t.send_sd({.entries = {entry}}, true, "FindService"); },
+                                is_offer_of_version(*one))) {
+                 t.missing(fmt::format("no offer of major version {}", one->major), "an OfferService");
                }
              }
            }},
@@ -436,15 +434,9 @@ void add_sd_option_cases(Cases& cases) {
                if (!one->request || !one->udp_port) {
                  t.unsupported("the profile names no request of a version");
                }
-               const std::size_t since = t.now();
-               const Call sent = t.send(t.request(*one), t.udp_of(*one), t.udp());
-               const auto seen =
-                   t.await_message(since, 3 * t.profile.timing.answer_within, Trial::is_answer_to(sent));
-               if (!seen) {
-                 t.fail(fmt::format("no answer from major version {}", one->major));
-               }
-               t.equal("Interface Version", one->major, seen->message.header.interface_version, seen->packet);
-               t.equal("Return Code", someip::ReturnCode::ok, seen->message.header.return_code, seen->packet);
+               const SeenMessage seen = t.answer_from(*one, fmt::format("major version {}", one->major));
+               t.equal("Interface Version", one->major, seen.message.header.interface_version, seen.packet);
+               t.equal("Return Code", someip::ReturnCode::ok, seen.message.header.return_code, seen.packet);
              }
            }},
   };

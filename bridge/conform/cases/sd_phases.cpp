@@ -31,7 +31,9 @@ std::vector<SeenEntry> await_offers(Trial& t, std::size_t since, std::size_t cou
     return all.size() >= count;
   });
   if (all.size() < count) {
-    t.fail(fmt::format("{} offers by multicast within {} ms, expected {}", all.size(), within / 1ms, count));
+    t.missing(
+        fmt::format("{} offers by multicast within {} ms, expected {}", all.size(), within / 1ms, count),
+        fmt::format("{} OfferServices by multicast", count));
   }
   return all;
 }
@@ -40,16 +42,37 @@ std::string milliseconds(Duration time) {
   return fmt::format("{:.1f} ms", std::chrono::duration<double, std::milli>(time).count());
 }
 
-/// That a gap between two packets, by the kernel's clock, is as it was configured. A busy machine delays a
-/// packet, and then the next gap is short: what is tolerated is half the time, and 30 ms.
-void require_gap(Trial& t, const SeenEntry& before, const SeenEntry& after, Duration expected) {
-  const Duration gap = after.packet->time - before.packet->time;
-  const Duration tolerance = expected / 2 + 30ms;
-  t.require(gap > expected - expected / 2 - 10ms && gap < expected + tolerance, "time between offers",
-            "about " + milliseconds(expected), milliseconds(gap), after.packet);
+/// A time between offers, by the kernel's clock.
+struct Gap {
+  Duration time{};
+  Duration expected{};
+  Packet* packet = nullptr;  ///< of the later one
+
+  /// A fifth of the time, and for short ones what a system with tasks needs.
+  [[nodiscard]] bool is_right() const {
+    return time > expected - expected / 5 - 10ms && time < expected + expected / 5 + 30ms;
+  }
+};
+
+/// A busy machine delays a packet, and then the next gap is short. So offers are looked at up to three times:
+/// a device whose times are others shows that each time.
+void require_gaps(Trial& t, const std::function<std::vector<Gap>()>& look) {
+  for (int round = 1;; ++round) {
+    const std::vector<Gap> gaps = look();
+    const auto wrong = std::ranges::find_if(gaps, [](const Gap& one) { return !one.is_right(); });
+    if (wrong == gaps.end()) {
+      return;
+    }
+    if (round == 3) {
+      t.different("time between offers",
+                  fmt::format("{}, and a fifth more or less", milliseconds(wrong->expected)),
+                  milliseconds(wrong->time), wrong->packet);
+      return;
+    }
+  }
 }
 
-void repetitions(Trial& t) {
+std::vector<Gap> repetitions(Trial& t) {
   const Duration base = *t.profile.timing.repetitions_base_delay;
   const std::size_t count = *t.profile.timing.repetitions_max;
   const std::size_t since = t.restart();
@@ -63,22 +86,24 @@ void repetitions(Trial& t) {
     return seen.header.session == someip::SessionId{1} && seen.message.reboot();
   });
   const auto begin = first == offers.end() ? offers.begin() : first;
+  std::vector<Gap> gaps;
   for (std::size_t repetition = 0; repetition < count; ++repetition) {
     const auto before = begin + static_cast<std::ptrdiff_t>(repetition);
     if (before + 1 >= offers.end()) {
       break;
     }
-    require_gap(t, *before, before[1], base * (1U << repetition));
+    gaps.push_back(
+        {before[1].packet->time - before->packet->time, base * (1U << repetition), before[1].packet});
   }
+  return gaps;
 }
 
-void cyclic(Trial& t) {
+/// The mean of three.
+std::vector<Gap> cyclic(Trial& t) {
   const Duration cycle = *t.profile.timing.cyclic_offer_delay;
   const std::size_t since = t.now();
   const auto offers = await_offers(t, since, 4, cycle * 6 + 2s);
-  for (std::size_t at = 1; at < offers.size(); ++at) {
-    require_gap(t, offers[at - 1], offers[at], cycle);
-  }
+  return {{(offers[3].packet->time - offers[0].packet->time) / 3, cycle, offers[3].packet}};
 }
 
 void stop_offer(Trial& t) {
@@ -91,10 +116,10 @@ void stop_offer(Trial& t) {
   });
   t.device.start();
   if (!t.await_entry(t.now(), t.profile.timing.ready_within, Trial::is_offer(t.profile.service()))) {
-    t.fail("the device does not offer its service after it was started");
+    t.missing("the device does not offer its service after it was started", "an OfferService");
   }
   if (!seen) {
-    t.fail("no StopOfferService when the device was stopped");
+    t.missing("no StopOfferService when the device was stopped", "a StopOfferService");
   }
   const ServiceProfile& service = t.profile.service();
   t.equal("major version", service.major, seen->entry.major, seen->packet);
@@ -106,6 +131,29 @@ void no_event(Trial& t, const EventSource& source, const char* why) {
     t.different("event", std::string{"none, "} + why, "one", seen.packet);
     return;
   }
+}
+
+/// Sessions count for each of the two. Who counts both as one takes the lower number for that of a client
+/// which was restarted, and ends its subscriptions.
+void separate_channels(Trial& t) {
+  const ServiceProfile& service = t.profile.service();
+  const sd::Entry find = Trial::find_entry(service);
+  // As after a restart: both begin with 1. By multicast first, so that it has been seen there before the
+  // subscription; and so often that a device does not take the first one by unicast for one of before, twice.
+  t.sessions.reboot();
+  for (int count = 0; count < 6; ++count) {
+    t.answer_to_find(find, true, service);
+  }
+  constexpr int ahead = 12;  // more than one by multicast can be repeated
+  for (int count = 0; count < ahead; ++count) {
+    t.answer_to_find(find, false, service);
+  }
+  const EventSource source = t.source();
+  t.acknowledged(t.subscribe(source));
+  t.event(source);
+  t.answer_to_find(find, true, service);
+  t.pass();
+  t.event(source);
 }
 
 }  // namespace
@@ -124,14 +172,23 @@ void add_sd_phase_cases(Cases& cases) {
                         "feat_req_someipsd_66"},
        .tc8 = {"SOMEIPSRV_SD_BEHAVIOR_01"},
        .needs = Need::restart | Need::repetitions,
-       .run = repetitions},
+       .budget = 30s,
+       .run = [](Trial& t) { require_gaps(t, [&] { return repetitions(t); }); }},
       {.id = "sd.phase.cyclic",
        .title = "repeats offers with the cyclic offer delay",
        .requirements = {"feat_req_someipsd_79", "feat_req_someipsd_80", "feat_req_someipsd_81"},
        .tc8 = {"SOMEIPSRV_SD_BEHAVIOR_02"},
        .needs = Need::cyclic_offers,
-       .budget = 60s,
-       .run = cyclic},
+       .budget = 120s,
+       .run =
+           [](Trial& t) {
+             // In the repetition phase, where the device may still be, offers are nearer to each other.
+             const TimingProfile& timing = t.profile.timing;
+             t.tester.receive(timing.repetitions_base_delay.value_or(Duration{0}) *
+                                  (1U << timing.repetitions_max.value_or(0)),
+                              [] { return false; });
+             require_gaps(t, [&] { return cyclic(t); });
+           }},
       {.id = "sd.stop-offer",
        .title = "withdraws its offers when it is stopped",
        .requirements = {"feat_req_someipsd_261", "feat_req_someipsd_262", "feat_req_someipsd_821",
@@ -208,6 +265,13 @@ void add_sd_phase_cases(Cases& cases) {
              t.answer_to_find(Trial::find_entry(t.profile.service()), true, t.profile.service());
              t.acknowledged(stimulus);
            }},
+      {.id = "sd.reboot.channels",
+       .title =
+           "keeps a subscription when the sessions of its client by multicast are behind those by unicast",
+       .requirements = {"feat_req_someipsd_765", "feat_req_someipsd_764"},
+       .needs = Need::event,
+       .budget = 60s,
+       .run = separate_channels},
   };
   cases.insert(cases.end(), all.begin(), all.end());
 }

@@ -31,7 +31,12 @@ void expect_answers(Trial& t, std::size_t since, std::size_t count) {
     });
   };
   t.tester.receive(t.profile.timing.answer_within, [&] { return answers().size() >= count; });
-  t.equal("answers", count, answers().size(), nullptr);
+  if (answers().size() < count) {
+    t.must_be_open(since);
+    t.missing(fmt::format("{} answers on the connection, expected {}", answers().size(), count),
+              fmt::format("{} responses", count));
+  }
+  t.equal("answers", count, answers().size(), answers().back().packet);
 }
 
 /// That the device either goes on with the stream or has closed the connection; in both cases it serves a new
@@ -57,14 +62,14 @@ void resynchronises(Trial& t) {
   Bytes good = magic_cookie();
   append(good, requests(t, 1));
   std::size_t since = t.now();
-  t.tester.send(connection, good);
+  t.send_bytes(connection, good);
   expect_answers(t, since, 1);
   Call broken = t.request();
   broken.length = 3;
   Bytes stream = broken.encode();
   append(stream, good);
   since = t.now();
-  t.tester.send(connection, stream);
+  t.send_bytes(connection, stream);
   const auto answered = [&] {
     return !t.messages_since(since, [](const SeenMessage& seen) {
                return seen.message.header.client == someip::ClientId{0x5a41};
@@ -76,7 +81,8 @@ void resynchronises(Trial& t) {
     return;
   }
   if (!t.tester.is_closed(connection)) {
-    t.fail("no answer after a Magic Cookie, and the connection is still there");
+    t.missing("no answer after a Magic Cookie, and the connection is still there",
+              "a response, or the end of the connection");
   }
   t.nonstrict("the device closes the connection, and does not look for the next Magic Cookie");
   still_serves(t);
@@ -112,7 +118,7 @@ void add_tcp_cases(Cases& cases) {
            [](Trial& t) {
              t.tcp();
              const std::size_t since = t.now();
-             t.tester.send(t.tcp(), requests(t, 3));
+             t.send_bytes(t.tcp(), requests(t, 3));
              expect_answers(t, since, 3);
            }},
       {.id = "tcp.split.byte-by-byte",
@@ -125,7 +131,7 @@ void add_tcp_cases(Cases& cases) {
              const PortId connection = t.tcp();
              const std::size_t since = t.now();
              for (const std::byte& one : stream) {
-               t.tester.send(connection, ByteView{&one, 1});
+               t.send_bytes(connection, ByteView{&one, 1});
              }
              expect_answers(t, since, 2);
            }},
@@ -140,7 +146,7 @@ void add_tcp_cases(Cases& cases) {
              const std::size_t since = t.now();
              for (ByteView rest{stream}; !rest.empty();
                   rest = rest.subspan(std::min<std::size_t>(rest.size(), 11))) {
-               t.tester.send(connection, rest.first(std::min<std::size_t>(rest.size(), 11)));
+               t.send_bytes(connection, rest.first(std::min<std::size_t>(rest.size(), 11)));
              }
              expect_answers(t, since, 4);
            }},
@@ -154,11 +160,11 @@ void add_tcp_cases(Cases& cases) {
              const auto second =
                  t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
              if (!second) {
-               t.fail("no second TCP connection");
+               t.missing("no second TCP connection", "a TCP connection");
              }
              t.good_answer_to(over_tcp(t.request()));
              const std::size_t since = t.now();
-             t.tester.send(*second, requests(t, 1));
+             t.send_bytes(*second, requests(t, 1));
              expect_answers(t, since, 1);
            }},
       {.id = "tcp.services.one-connection",
@@ -190,14 +196,16 @@ void add_tcp_cases(Cases& cases) {
                }
                const auto connection = t.tester.connect(t.tcp_of(one), t.profile.timing.answer_within);
                if (!connection) {
-                 t.fail(fmt::format("no TCP connection to instance {:#06x}", value(one.instance)));
+                 t.missing(fmt::format("no TCP connection to instance {:#06x}", value(one.instance)),
+                           "a TCP connection");
                }
                const std::size_t since = t.now();
                const Call sent = t.send(over_tcp(t.request(one)), t.tcp_of(one), *connection);
                const auto seen =
                    t.await_message(since, t.profile.timing.answer_within, Trial::is_answer_to(sent));
                if (!seen) {
-                 t.fail(fmt::format("no answer over TCP from instance {:#06x}", value(one.instance)));
+                 t.missing(fmt::format("no answer over TCP from instance {:#06x}", value(one.instance)),
+                           "a response");
                }
                t.equal("TCP source port", *one.tcp_port, seen->packet->from.port, seen->packet);
              }
@@ -212,7 +220,7 @@ void add_tcp_cases(Cases& cases) {
              append(stream, requests(t, 1));
              const PortId connection = t.tcp();
              const std::size_t since = t.now();
-             t.tester.send(connection, stream);
+             t.send_bytes(connection, stream);
              expect_answers(t, since, 1);
              for (const SeenMessage& seen : t.messages_since(since, [](const SeenMessage& one) {
                     return one.message.header.client == someip::ClientId{0xdead} &&
@@ -233,16 +241,16 @@ void add_tcp_cases(Cases& cases) {
        .needs = call,
        .run =
            [](Trial& t) {
-             t.tester.send(t.tcp(), Bytes(64, std::byte{0xff}));
+             t.send_bytes(t.tcp(), Bytes(64, std::byte{0xff}));
              t.tester.receive(50ms, [] { return false; });
              t.close_ports();
              const auto fresh =
                  t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
              if (!fresh) {
-               t.fail("no new TCP connection");
+               t.missing("no new TCP connection", "a TCP connection");
              }
              const std::size_t since = t.now();
-             t.tester.send(*fresh, requests(t, 1));
+             t.send_bytes(*fresh, requests(t, 1));
              expect_answers(t, since, 1);
            }},
       {.id = "tcp.survives.half-a-message",
@@ -254,9 +262,9 @@ void add_tcp_cases(Cases& cases) {
              const auto half =
                  t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within);
              if (!half) {
-               t.fail("no TCP connection");
+               t.missing("no TCP connection", "a TCP connection");
              }
-             t.tester.send(*half, ByteView{requests(t, 1)}.first(9));
+             t.send_bytes(*half, ByteView{requests(t, 1)}.first(9));
              still_serves(t);
            }},
       {.id = "tcp.subscribe",

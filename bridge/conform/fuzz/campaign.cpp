@@ -378,7 +378,9 @@ std::vector<Sign> Campaign::play(const Sequence& sequence) {
 void Campaign::keep_if_new(const Sequence& sequence) {
   bool is_new = coverage_.grown();
   for (const Packet& packet : tester_.packets()) {
-    is_new = (is_of_device(packet) && behaviours_.insert(behaviour(sequence.state, packet)).second) || is_new;
+    is_new = (is_of_device(packet) && !packet.ends &&
+              behaviours_.insert(behaviour(sequence.state, packet)).second) ||
+             is_new;
   }
   result_.done.behaviours = behaviours_.size();
   result_.done.places = coverage_.count();

@@ -43,7 +43,7 @@ class Conform(unittest.TestCase):
 
     def test_runs_cases_and_leaves_evidence(self):
         cases = ["sd.header.client-id", "sd.offer.ttl", "sd.subscribe.ack.ttl", "sd.subscribe.malformed.option-length-zero",
-                 "rpc.response.comes", "rpc.npdu.two", "tcp.request", "ets.echo.utf8"]
+                 "rpc.response.comes", "rpc.npdu.two", "tcp.request", "ets.echo.utf8", "sd.subscribe.ack.each-eventgroup"]
         text = conform("run", *cases, "--dut", PROFILE, *ADDRESSES, "--out", self.folder)
         self.assertIn(f"{len(cases)} cases in", text)
         results = json.loads((self.folder / "results.json").read_text())
@@ -51,7 +51,12 @@ class Conform(unittest.TestCase):
         self.assertEqual(results["verdicts"]["pass"], len(cases), text)
         self.assertEqual({one["id"] for one in results["cases"]}, set(cases))
         for one in results["cases"]:
-            self.assertEqual((self.folder / one["evidence"]).read_bytes()[:4], b"\x0a\x0d\x0d\x0a")
+            capture = (self.folder / one["evidence"]).read_bytes()
+            self.assertEqual(capture[:4], b"\x0a\x0d\x0d\x0a")
+            if one["id"] == "sd.subscribe.ack.each-eventgroup":
+                # From the beginning on.
+                self.assertIn(b"check: is the device there?", capture)
+                self.assertGreaterEqual(capture.count(b"stimulus"), 4)
         suites = ElementTree.parse(self.folder / "junit.xml").getroot()
         self.assertEqual(sum(int(suite.get("tests")) for suite in suites), len(cases))
 
@@ -217,9 +222,9 @@ class Conform(unittest.TestCase):
         # And what becomes of a request with a repeated counter, but not of one with a wrong CRC.
         profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}\"\n",
                                                        "--event-group {event_multicast} --fault e2e-unchecked\"\n", 1))
-        text = conform("run", "e2e.*.repeated", "e2e.profile4.wrong-crc", "--dut", profile, *ADDRESSES, "--out", self.folder,
-                       status=1)
-        self.assertIn(": 14 pass-nonstrict 1 fail\n", text)
+        text = conform("run", "e2e.*.repeated", "e2e.profile4.wrong-crc", "e2e.profile2.wrong-data-id", "--dut", profile, *ADDRESSES,
+                       "--out", self.folder, status=1)
+        self.assertIn(": 14 pass-nonstrict 2 fail\n", text)
         self.assertIn(": 1 pass\n", conform("run", "e2e.profile4.repeated", "--dut", PROFILE, *ADDRESSES, "--out", self.folder))
 
     def test_takes_its_address_from_an_interface(self):
@@ -240,10 +245,53 @@ class Conform(unittest.TestCase):
 
     def test_finds_faults(self):
         text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
-                       "e2e.profile4.repeated", "--dut", PROFILE, *ADDRESSES, "--out", self.folder, "--quick",
-                       "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any", "--fault", "e2e-repeated-ends")
-        self.assertIn("4 of 4 faults are found", text)
+                       "e2e.profile4.repeated", "sd.reboot.channels", "event.initial.not-of-events", "--dut", PROFILE, *ADDRESSES,
+                       "--out", self.folder, "--quick", "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any",
+                       "--fault", "e2e-repeated-ends", "--fault", "channels-mixed", "--fault", "initial-of-events")
+        self.assertIn("6 of 6 faults are found", text)
         self.assertRegex(text, r"found +ack-ttl +.*sd\.subscribe\.ack\.ttl")
+
+    def test_tells_of_cases_that_no_fault_fails(self):
+        profile = self.folder / "profile.yaml"
+        listed = "  list: \"printf 'ack-ttl\\\\tsd.subscribe.ack.ttl\\\\twrong\\\\n'\""
+        profile.write_text(re.sub(r"(?m)^  list: .*$", lambda _: listed, PROFILE.read_text()))
+        command = ("selftest", "sd.subscribe.ack.ttl", "sd.offer.minor", "sd.find.late-multicast-answer", "--dut", profile, *ADDRESSES,
+                   "--out", self.folder)
+        text = conform(*command, status=1)
+        self.assertRegex(text, r"blind +sd\.offer\.minor fails with none of the faults")
+        self.assertIn("1 of 1 faults are found; 1 of 2 cases fail with a fault; 1 unsupported\n", text)
+        # Of those that were not to be tried with all faults, nobody knows.
+        self.assertRegex(conform(*command, "--fault", "ack-ttl"), r"passes +sd\.offer\.minor fails with none of the chosen faults")
+        # One that fails without a fault shows nothing with one.
+        profile.write_text(profile.read_text().replace("minor: 0", "minor: 1"))
+        self.assertIn("1 of 2 cases fail with a fault; 1 do not pass without one; 1 unsupported\n", conform(*command, status=1))
+
+    def test_shows_what_was_not_answered(self):
+        profile = self.folder / "my profile.yaml"
+
+        profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}\"\n",
+                                                       "--event-group {event_multicast} --fault find-ignored\"\n", 1))
+        text = conform("run", "sd.find.unicast", "--dut", profile, *ADDRESSES, "--out", self.folder, status=1)
+        (find,) = json.loads((self.folder / "results.json").read_text())["cases"]
+        self.assertIn("no offer in answer to FindService", find["reason"])
+        self.assertEqual(find["retries"], 2, text)
+        (difference,) = find["differences"]
+        self.assertEqual((difference["expected"], difference["actual"]), ("an OfferService", "nothing"))
+        # The last of three Finds. Wireshark numbers packets from 1, and so does the page.
+        page = json.loads(re.search(r'(?s)<script[^>]* id="data"[^>]*>(.*?)</script>', (self.folder / "report.html").read_text())[1])
+        packets = next(one for one in page["cases"] if one["id"] == find["id"])["packets"]
+        marked = [one for one in packets if "OFFENDING" in one["comment"]]
+        self.assertEqual([one["number"] for one in marked], [difference["packet"]])
+        self.assertRegex(marked[0]["comment"], r"^FindService; OFFENDING: no answer to this within \d+\.\d s, expected an OfferService$")
+        self.assertIn(marked[0]["comment"].encode(), (self.folder / find["evidence"]).read_bytes())
+        self.assertIn(f"message: expected an OfferService, got nothing (packet {difference['packet']})",
+                      (self.folder / "junit.xml").read_text())
+        # What runs a case again can be copied into a shell.
+        self.assertIn(f" --dut '{profile}' ", find["again"])
+        # A cycle that is nearly half as long again.
+        profile.write_text(PROFILE.read_text().replace("cyclic_offer_delay: 500 ms", "cyclic_offer_delay: 350 ms"))
+        self.assertRegex(conform("run", "sd.phase.cyclic", "--dut", profile, *ADDRESSES, "--out", self.folder, "--quiet", status=1),
+                         r"time between offers is \d+\.\d ms, expected 350\.0 ms, and a fifth more or less")
 
     def test_tells_of_a_failure(self):
         # The same device, of which the profile says something else.
@@ -259,6 +307,14 @@ class Conform(unittest.TestCase):
         self.assertRegex(text, r"broke \(1\)\n +sd\.offer\.ttl +pass -> fail: TTL is 5")
         self.assertRegex(text, r"gone \(1\)\n +rpc\.response\.comes")
         self.assertIn("mended (1)", conform("diff", self.folder / "out", good))
+        # A run that was ended has not shown that nothing broke.
+        cut = json.loads((good / "results.json").read_text())
+        cut["cancelled"] = True
+        del cut["cases"][1:]
+        (self.folder / "cut.json").write_text(json.dumps(cut))
+        self.assertIn("the run after is not complete: it was ended before all cases were run, and has 1 of them",
+                      conform("diff", good, self.folder / "cut.json", status=1))
+        self.assertIn("the run before is not complete", conform("diff", self.folder / "cut.json", good))
         self.assertRegex(conform("matrix", good, self.folder / "out"), r"sd\.offer\.ttl +pass +fail\n")
         self.assertIn("| sd.offer | 1/1 | 0/1 |", conform("matrix", good, self.folder / "out", "--format", "markdown"))
         self.assertIn("missing/results.json", conform("diff", good, self.folder / "missing" / "results.json", status=2))
@@ -348,6 +404,7 @@ class Conform(unittest.TestCase):
         evidence = json.loads((self.folder / "results.json").read_text())["cases"][0]["evidence"]
         self.assertTrue(os.path.samefile(self.folder / evidence, capture), evidence)
         self.assertIn("nobody", conform("replay", PROFILE, "--host", "nobody", status=2))
+        self.assertIn("'pcap.nosuch' chooses no rule of replay", conform("replay", capture, "--only", "pcap.nosuch", status=2))
         conform("replay", PROFILE, status=2)
 
     def test_works_over_ipv6(self):
@@ -369,7 +426,7 @@ class Conform(unittest.TestCase):
         profile = self.folder / "profile.yaml"
         profile.write_text(text)
         cases = ["sd.offer.endpoint", "sd.option.endpoint", "sd.option.multicast.address", "sd.subscribe.ack.ttl",
-                 "sd.endpoint-option.find", "event.multicast", "tcp.request", "client.subscribe.endpoint"]
+                 "sd.subscribe.endpoint", "sd.endpoint-option.find", "event.multicast", "tcp.request", "client.subscribe.endpoint"]
         run = f"{network} && '{TRESTLE}' conform run {' '.join(cases)} --dut '{profile}' --out '{self.folder}'"
         done = subprocess.run([*own, "sh", "-c", run], capture_output=True, text=True, timeout=600)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -406,6 +463,14 @@ class Conform(unittest.TestCase):
         text = conform("explain", "sd.offer.ttl")
         self.assertIn("feat_req_someipsd_253: Offer fields", text)
         self.assertIn("SOMEIPSRV_FORMAT_17", text)
+        self.assertIn("  level must, role server, at most 120 s\n  unsupported where: the profile does not tell the cyclic offer delay\n",
+                      conform("explain", "sd.phase.cyclic"))
+        # The documentation counts right.
+        documentation = " ".join((pathlib.Path(SOURCE) / "docs" / "conform.md").read_text().split())
+        self.assertIn(f"A run of all {len(conform('list').splitlines())} cases takes ", documentation)
+        faults = subprocess.run([pathlib.Path(TRESTLE).parent / "ets_device", "--list-faults"], capture_output=True, text=True, check=True)
+        number = len(faults.stdout.splitlines())
+        self.assertIn(f"Now {number} of {number} faults are found", documentation)
         # Of what a capture alone can show, the rule, or why there is none.
         self.assertIn("rule of replay: pcap.rpc.session-counts, ", conform("explain", "feat_req_someip_88"))
         text = conform("explain", "pcap.udp.size")
@@ -454,6 +519,13 @@ class Conform(unittest.TestCase):
 
     def test_refuses_what_it_does_not_know(self):
         self.assertIn("chooses no case", conform("list", "sd.ofer", status=2))
+        # Nor what leaves nothing of what is asked for: that would look as if all went well.
+        for words in (("sd.offer.ttl", "--role", "client"), ("sd.offer.first-option", "sd.offer.ttl", "--level", "must")):
+            text = conform("run", *words, "--dut", PROFILE, *ADDRESSES, "--out", self.folder, status=2)
+            self.assertRegex(text, f"{re.escape(words[0])}: chooses no case with --level (tc8|must) --role (both|client)")
+        for seed in ("-1", "99999999999999999999", "x"):
+            self.assertIn("a number from 0 to 18446744073709551615",
+                          conform("run", "sd.offer.ttl", "--dut", PROFILE, f"--seed={seed}", "--out", self.folder, status=2))
         profile = self.folder / "profile.yaml"
         profile.write_text("name: D\nnetwork: {device: 192.0.2.1, tester: nobody}\nservices: []\n")
         text = conform("run", "--dut", profile, status=2)

@@ -1,12 +1,15 @@
 #include "bridge/conform/runner.hpp"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -90,6 +93,96 @@ TEST(Trial, TakesALateAnswerToSomethingElseForNoAnswer) {
   quick.timing.answer_within = 50ms;
   quick.timing.ready_within = 10ms;
   EXPECT_FALSE(attempt_of(subscribing(), quick).alive_before);
+}
+
+TEST(Trial, CountsWhatHadToBeAskedAgain) {
+  const SmallDevice device{SmallDevice::offer(), SmallDevice::Way::answers_each_third};
+  Case finding = waiting(2min);
+  finding.run = [](Trial& t) {
+    t.answer_to_find(Trial::find_entry(t.profile.service()), false, t.profile.service());
+  };
+  Profile quick = profile();
+  quick.timing.answer_within = 200ms;
+  const Attempt attempt = attempt_of(finding, quick);
+  EXPECT_EQ(attempt.retries, 2);
+  EXPECT_EQ(attempt.retried, "answered the 3rd of 3 requests");
+  // Where this machine stalls, nothing is said of the device.
+  EXPECT_EQ(attempt.verdict, attempt.stalled ? Verdict::pass : Verdict::pass_nonstrict) << attempt.reason;
+}
+
+/// Answers each connection with some bytes, and ends it.
+class BluntServer {
+ public:
+  explicit BluntServer(Bytes answer)
+      : answer_{std::move(answer)}, fd_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
+    sockaddr_in own{.sin_family = AF_INET, .sin_port = 0, .sin_addr = {}, .sin_zero = {}};
+    std::memcpy(&own.sin_addr, host(1).bytes.data(), 4);
+    socklen_t size = sizeof own;
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&own), size), 0);
+    EXPECT_EQ(::listen(fd_, 4), 0);
+    EXPECT_EQ(::getsockname(fd_, reinterpret_cast<sockaddr*>(&own), &size), 0);
+    port_ = ntohs(own.sin_port);
+    thread_ = std::thread{[this] {
+      for (int one = ::accept(fd_, nullptr, nullptr); one >= 0; one = ::accept(fd_, nullptr, nullptr)) {
+        std::array<std::byte, 1500> room{};
+        EXPECT_GT(::recv(one, room.data(), room.size(), 0), 0);
+        EXPECT_EQ(::send(one, answer_.data(), answer_.size(), MSG_NOSIGNAL),
+                  static_cast<ssize_t>(answer_.size()));
+        ::close(one);
+      }
+    }};
+  }
+  ~BluntServer() {
+    ::shutdown(fd_, SHUT_RDWR);
+    thread_.join();
+    ::close(fd_);
+  }
+  BluntServer(const BluntServer&) = delete;
+  BluntServer& operator=(const BluntServer&) = delete;
+  [[nodiscard]] std::uint16_t port() const { return port_; }
+
+ private:
+  Bytes answer_;
+  int fd_;
+  std::uint16_t port_ = 0;
+  std::thread thread_;
+};
+
+TEST(Trial, ShowsWhatCameOnAConnectionInsteadOfAnAnswer) {
+  const SmallDevice device{};
+  Call broken{.service = someip::ServiceId{1}, .method = someip::MethodId{1}, .payload = bytes({0x2a})};
+  broken.length = 3;
+  const Bytes answer = broken.encode();
+  ASSERT_EQ(answer.size(), 17U);
+  const BluntServer server{answer};
+  Case asking = waiting(2min);
+  std::deque<Packet> packets;
+  asking.run = [&](Trial& t) {
+    Call call = t.call(someip::MethodId{1});
+    call.transport = Transport::tcp;
+    try {
+      t.answer_to(call);
+    } catch (const Ended&) {
+      packets = t.tester.packets();
+      throw;
+    }
+  };
+  Profile patient = profile();
+  patient.services.front().tcp_port = server.port();
+  patient.timing.answer_within = 30s;
+  const Attempt attempt = attempt_of(asking, patient);
+  EXPECT_EQ(attempt.reason, "no answer to the request: the device has ended the connection");
+  ASSERT_EQ(attempt.differences.size(), 1U);
+  EXPECT_EQ(attempt.differences[0].expected, "a response");
+  EXPECT_THAT(attempt.differences[0].actual,
+              testing::StartsWith("17 bytes that are no message (00 01 00 01 00 00 00 03"));
+  EXPECT_THAT(attempt.differences[0].actual, testing::EndsWith(", then the end of the connection"));
+  std::erase_if(packets, [](const Packet& one) { return one.sent || one.transport != Transport::tcp; });
+  ASSERT_EQ(packets.size(), 2U);
+  EXPECT_EQ(packets[0].bytes, answer);
+  EXPECT_TRUE(packets[1].ends);
+  EXPECT_THAT(packets[1].comment, HasSubstr("OFFENDING"));
+  EXPECT_EQ(packets[1].number, attempt.differences[0].packet);
 }
 
 /// An offer with a configuration option before the endpoint, from Client ID `client`.

@@ -50,6 +50,19 @@ TEST(Report, TellsOfAFailureEverythingThatIsNeeded) {
   EXPECT_THAT(text, HasSubstr("trestle conform run --dut p.yaml sd.offer.ttl"));
 }
 
+TEST(Report, TellsHowOftenADeviceWasAskedAgain) {
+  RunResult run{
+      .cases = {{.what = &comes,
+                 .outcome = {
+                     .verdict = Verdict::pass, .retries = 1, .retried = "answered the 2nd of 3 requests"}}}};
+  EXPECT_THAT(case_text(run.cases.front(), info, {}),
+              HasSubstr("\n                it answered the 2nd of 3 requests"));
+  EXPECT_THAT(junit_xml(run, info), HasSubstr("<property name=\"retries\" value=\"1\"/>"));
+  const auto json = nlohmann::json::parse(results_json(run, info));
+  EXPECT_EQ(json["cases"][0]["retries"], 1);
+  EXPECT_EQ(json["cases"][0]["retried"], "answered the 2nd of 3 requests");
+}
+
 TEST(Report, IsJUnitXmlWithASuiteForEachArea) {
   const std::string xml = junit_xml(sample(), info);
   EXPECT_THAT(

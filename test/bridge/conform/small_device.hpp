@@ -34,6 +34,7 @@ class SmallDevice {
     repeats,   ///< answers, and sends it to who asked last again and again
     to_group,  ///< answers nothing, but repeats it to everybody
     answers_to_group,
+    answers_each_third,
   };
   static constexpr std::uint16_t port = 30490;
   static constexpr someip::ServiceId service{1};
@@ -92,9 +93,11 @@ class SmallDevice {
         dead_ = false;
       }
       last = asked ? from : last;
+      number_ += asked ? 1 : 0;
       if (way_ == Way::to_group || (way_ == Way::answers_to_group && asked)) {
         send(address_of(group_of_test));
-      } else if ((asked && way_ == Way::answers) || (way_ == Way::repeats && last.sin_port != 0)) {
+      } else if ((asked && (way_ == Way::answers || (way_ == Way::answers_each_third && number_ % 3 == 0))) ||
+                 (way_ == Way::repeats && last.sin_port != 0)) {
         send(last);
       }
     }
@@ -104,6 +107,7 @@ class SmallDevice {
   Way way_;
   int fd_;
   std::string file_;
+  int number_ = 0;  ///< of the message that came last
   std::atomic<bool> dead_ = false;
   std::atomic<bool> ended_ = false;
   std::thread thread_;

@@ -37,6 +37,17 @@ TEST(Verdict, DoesNotBlameTheDeviceForAStallOfTheTester) {
   EXPECT_EQ(settled({.verdict = Verdict::pass, .stalled = true}).verdict, Verdict::pass);
 }
 
+TEST(Verdict, IsNoPlainPassWhenTheDeviceHadToBeAskedAgainAndAgain) {
+  // One datagram may get lost.
+  EXPECT_EQ(settled({.retries = 1, .retried = "answered the 2nd of 3 requests"}).verdict, Verdict::pass);
+  const Attempt often = settled({.retries = 2, .retried = "answered the 3rd of 3 requests"});
+  EXPECT_EQ(often.verdict, Verdict::pass_nonstrict);
+  EXPECT_EQ(often.reason, "it answered the 3rd of 3 requests; 2 messages were sent again");
+  // Nothing is said of a device where the tester itself was late.
+  EXPECT_EQ(settled({.retries = 2, .stalled = true}).verdict, Verdict::pass);
+  EXPECT_EQ(settled({.verdict = Verdict::fail, .reason = "r", .retries = 2}).reason, "r");
+}
+
 TEST(Verdict, IsTriedAgainThreeTimesAtMostAndOnlyWhenInconclusive) {
   EXPECT_TRUE(try_again({.verdict = Verdict::inconclusive}, 1));
   EXPECT_TRUE(try_again({.verdict = Verdict::inconclusive}, 2));

@@ -184,6 +184,7 @@ function detailsOf(one) {
   const known = new Map(data.requirements.map((row) => [row.id, row.summary]));
   parts.push(part("What it is about", make("ul", {}, ...one.requirements.map((id) => make("li", {}, make("code", {textContent: id}), ` ${known.get(id) || ""}`)),
     ...one.tc8.map((id) => make("li", {}, make("code", {textContent: id}), ` ${data.tc8[id] || ""}`)))));
+  if (one.retries) parts.push(make("p", {textContent: `The device ${one.retried}; ${plural(one.retries, "message")} sent again.`}));
   if (one.attempts > 1) parts.push(make("p", {textContent: `Tried ${one.attempts} times; this is the last one.`}));
   if (one.packets.length) {
     parts.push(part(`Packets (${one.evidence})`, make("table", {className: "packets"},
