@@ -35,7 +35,7 @@ int main(int argc, char** argv) try {
   sd::Proxy proxy{client, {.service = ServiceId{0x4567}}};
   int waiting = 2;
   for (const Transport transport : {Transport::udp, Transport::tcp}) {
-    proxy.call({.method = MethodId{1}, .transport = transport}, megabyte,
+    proxy.call({.method = MethodId{1}, .transport = transport}, trestle::ByteView{megabyte},
                [&, transport](auto error, const sd::Response& response) {
                  std::printf("%s: %s\n", transport == Transport::udp ? "UDP" : "TCP",
                              error                          ? error.message().c_str()

@@ -1,6 +1,8 @@
 // Calls and events need no memory from the heap once they are under way: all memory that this program asks
-// for is counted, on both sides. A Proxy's response has its payload in a vector of its own, and nothing else.
+// for is counted, on both sides. Who takes the payload of a Proxy's response takes a vector, and nothing
+// else.
 #include <algorithm>
+#include <array>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <limits>
@@ -215,6 +217,23 @@ class ProxyAllocationTest : public NoAllocationTest {
                  done(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy));
                });
   }
+  // With what the handler captures, this is too much for a std::function without memory.
+  void call_by_proxy_and_look() {
+    proxy.call(
+        {.method = echo, .transport = transport}, ByteView{large->data(), bytes},
+        [this, captured = std::array<std::size_t, 20>{bytes}](const boost::system::error_code& error,
+                                                              const Response& response) {
+          ASSERT_FALSE(error) << error.message();
+          EXPECT_EQ(response.payload.size(), captured[0]);
+          done(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy_and_look));
+        });
+  }
+  void expect_none(std::size_t at_once, std::size_t number) {
+    EXPECT_EQ(allocations_of(
+                  static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy_and_look),
+                  at_once, number),
+              0U);
+  }
   // One payload for each response.
   void expect_one_for_each_call() {
     next.assign(bytes, std::byte{7});
@@ -247,6 +266,30 @@ TEST_F(ProxyAllocationTest, DoesNotHappenWithoutAPayload) {
   EXPECT_EQ(allocations_of(static_cast<void (NoAllocationTest::*)()>(&ProxyAllocationTest::call_by_proxy), 32,
                            10'000),
             0U);
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenWhereTheResponseIsOnlyLookedAt) {
+  expect_none(1, 10'000);
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenInManyCallsAtATime) {
+  expect_none(32, 10'000);
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenInManyCallsAtATimeOverTcp) {
+  transport = Transport::tcp;
+  expect_none(32, 10'000);
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenInLargeCallsOverUdp) {
+  enlarge(200'000);
+  expect_none(1, 500);
+}
+
+TEST_F(ProxyAllocationTest, DoesNotHappenInLargeCallsOverTcp) {
+  transport = Transport::tcp;
+  enlarge(200'000);
+  expect_none(1, 2'000);
 }
 
 // Neither in the thread that calls, nor in that of the node.

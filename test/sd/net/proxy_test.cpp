@@ -1,9 +1,11 @@
 #include "sd/net/proxy.hpp"
 
+#include <algorithm>
 #include <boost/asio/bind_cancellation_slot.hpp>
 #include <boost/asio/bind_executor.hpp>
 #include <boost/asio/deferred.hpp>
 #include <boost/asio/error.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_future.hpp>
 #include <thread>
@@ -301,6 +303,148 @@ TEST_F(ProxyTest, CancelsACallByItsSlot) {
   stop.emit(boost::asio::cancellation_type::terminal);  // the call has ended
   run_for(10ms);
   EXPECT_THAT(answers, SizeIs(1));
+}
+
+// It reaches the thread of the node after that has heard of its end.
+TEST_F(ProxyTest, CancelsACallThatAnotherThreadHasMadeMeanwhile) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const Offer offer{server, spec()};
+  Proxy proxy{client, wanted};
+  boost::asio::cancellation_signal stop;
+  boost::asio::post(io, [&] {
+    std::jthread{[&] {
+      proxy.call({.method = silent}, {}, boost::asio::bind_cancellation_slot(stop.slot(), into_answers()));
+    }}.join();
+    stop.emit(boost::asio::cancellation_type::terminal);
+  });
+  ASSERT_TRUE(answered());
+  EXPECT_EQ(answers[0].error, boost::asio::error::operation_aborted);
+}
+
+// Its own from then on, whether it is sent at once, or waits for the service, or in segments, or for the
+// other thread.
+TEST_F(ProxyTest, NeedsAViewOfThePayloadOnlyUntilTheCallHasBegun) {
+  constexpr MethodId echo{1};
+  ServiceSpec echoing{.service = ServiceId{0x1234},
+                      .instance = InstanceId{1},
+                      .tcp_port = std::uint16_t{0},
+                      .methods = {{echo, [](const someip::Message& request, Responder responder) {
+                                     responder.respond(request.payload);
+                                   }}}};
+  Node client{io, quick(test::client_address)};
+  Proxy proxy{client, wanted};
+  const auto call = [&](std::size_t size, Transport transport) {
+    std::vector<std::byte> payload = test::numbers(size);
+    proxy.call({.method = echo, .timeout = 1h, .transport = transport}, ByteView{payload}, into_answers());
+    std::ranges::fill(payload, std::byte{0xee});
+  };
+  const auto expect = [&](std::initializer_list<std::size_t> sizes) {
+    ASSERT_TRUE(answered(sizes.size()));
+    std::ranges::sort(answers, {}, [](const Answer& one) { return one.response.payload.size(); });
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      EXPECT_FALSE(answers[i].error) << answers[i].error.message();
+      EXPECT_TRUE(answers[i].response.payload == test::numbers(sizes.begin()[i])) << i;
+    }
+    answers.clear();
+  };
+  call(10, Transport::udp);
+  call(100'000, Transport::udp);
+  call(11, Transport::tcp);
+  call(100'001, Transport::tcp);
+  boost::asio::post(io, [&] {
+    call(12, Transport::udp);
+    call(13, Transport::tcp);
+    call(100'002, Transport::udp);
+    call(100'003, Transport::tcp);
+  });
+  run_for(10ms);
+  Node server{io, quick(test::server_address)};
+  const Offer offer{server, std::move(echoing)};
+  expect({10, 11, 12, 13, 100'000, 100'001, 100'002, 100'003});
+  boost::asio::post(io, [&] {
+    for (std::size_t i = 0; i < 3; ++i) {
+      call(20 + i, Transport::udp);
+      call(200'000 + i, Transport::udp);
+      call(30 + i, Transport::tcp);
+      call(2'000'000 + i, Transport::tcp);
+    }
+  });
+  expect({20, 21, 22, 30, 31, 32, 200'000, 200'001, 200'002, 2'000'000, 2'000'001, 2'000'002});
+  std::jthread{[&] { call(50, Transport::udp); }}.join();
+  expect({50});
+}
+
+// The payload that a handler may only look at is used again, one that it takes is its own.
+TEST_F(ProxyTest, LeavesAResponseToWhoTakesIt) {
+  constexpr MethodId fill{9};
+  ServiceSpec filling = spec();
+  filling.methods.push_back({fill, answering([](std::uint32_t size) {
+                               return std::vector<std::uint8_t>(size, static_cast<std::uint8_t>(size));
+                             })});
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const Offer offer{server, filling};
+  Proxy proxy{client, wanted};
+  std::vector<std::vector<std::uint8_t>> seen;
+  const auto look = [&](std::uint32_t size) {
+    proxy.call({.method = fill}, pack(size), [&](error_code, const Response& response) {
+      seen.push_back(unpack<std::vector<std::uint8_t>>(response.payload).value());
+    });
+    ASSERT_TRUE(run_until([&] { return !seen.empty() && seen.back().size() == size; }));
+  };
+  look(300'000);
+  proxy.call({.method = fill}, pack(std::uint32_t{5}), into_answers());
+  ASSERT_TRUE(answered());
+  EXPECT_LT(answers[0].response.payload.capacity(), 10'000U) << "room that nobody needs";
+  look(4);
+  look(7);
+  EXPECT_EQ(to_hex(answers[0].response.payload), "000000050505050505");
+  EXPECT_EQ(seen, (std::vector<std::vector<std::uint8_t>>{
+                      std::vector<std::uint8_t>(300'000, 0xe0), {4, 4, 4, 4}, {7, 7, 7, 7, 7, 7, 7}}));
+}
+
+TEST_F(ProxyTest, SendsWhatHasWaitedInItsOrder) {
+  std::string came;
+  Node client{io, quick(test::client_address)};
+  Proxy proxy{client, wanted};
+  boost::asio::cancellation_signal stop;
+  const auto call = [&](char letter, auto token) {
+    proxy.call({.method = MethodId{9}, .timeout = 1h}, pack(static_cast<std::uint8_t>(letter)), token);
+  };
+  const auto on_answer = [&](error_code error, const Response&) { EXPECT_FALSE(error) << error.message(); };
+  call('a', boost::asio::bind_cancellation_slot(stop.slot(), into_answers()));
+  for (const char letter : {'b', 'c', 'd', 'e'}) {
+    call(letter, on_answer);
+  }
+  run_for(5ms);
+  stop.emit(boost::asio::cancellation_type::terminal);
+  ASSERT_TRUE(answered());
+  ServiceSpec noting = spec();
+  noting.methods.push_back(
+      {MethodId{9}, answering([&](std::uint8_t letter) { came.push_back(static_cast<char>(letter)); })});
+  Node server{io, quick(test::server_address)};
+  const Offer offer{server, noting};
+  ASSERT_TRUE(run_until([&] { return came.size() == 4; }));
+  EXPECT_EQ(came, "bcde");
+}
+
+// As Node::call() does: the first at once, the others with one system call.
+TEST_F(ProxyTest, SendsTogetherWhatOneHandlerCalls) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  const Offer offer{server, spec()};
+  Proxy proxy{client, wanted};
+  proxy.call({.method = greet}, pack("you"), into_answers());
+  ASSERT_TRUE(answered());
+  const std::uint64_t before = client.sender_counters().system_calls;
+  boost::asio::post(io, [&] {
+    for (int i = 0; i < 10; ++i) {
+      proxy.call({.method = greet}, pack("you"), into_answers());
+    }
+  });
+  ASSERT_TRUE(answered(11));
+  EXPECT_EQ(client.sender_counters().system_calls - before, 2U);
 }
 
 TEST_F(ProxyTest, GoesWithFieldsAndSubscriptions) {
