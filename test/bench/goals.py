@@ -180,6 +180,10 @@ def communication(values):
         Goal(f"calls, 32 in flight: over trains of {WIRE} B", per_second, rate("trains floor"), rate("calls 32")),
         Goal(f"events 64 B, received: over trains of {WIRE} B", per_second, rate("trains floor"), rate("events 64 B"),
              remark=lost_beside_trains),
+        Goal("32 calls in flight through Proxy: over Node::call", per_second, at("calls by both", "node", "per_second"),
+             at("calls by both", "proxy", "per_second"), at_least=0.9, lost=lost_of("calls by both")),
+        Goal("processor time of the client for one of them: over Node::call", ns, at("calls by both", "node", "cpu_ns"),
+             at("calls by both", "proxy", "cpu_ns"), at_most=1.1, lost=lost_of("calls by both")),
     ]
     rows += [
         Goal("events 64 B, one `notify()` a handler, received: over a loop of sendto", per_second, rate("sendto floor"),

@@ -104,6 +104,13 @@ class Goals(unittest.TestCase):
             rows = goals.looked_at({"path unseen": used(100_000, 30_000), "path seen": used(cpu_ns, kb)})
             self.assertEqual([row.met for row in rows[:2]], verdicts)
 
+    def test_calls_by_a_proxy_are_compared_with_those_of_a_node_in_rate_and_time(self):
+        for per_second, cpu_ns, met in (901, 549, [True, True]), (899, 549, [False, True]), (901, 551, [True, False]):
+            values = {"calls by both": [{"node": {"per_second": 1000, "cpu_ns": 500}, "lost": 0,
+                                         "proxy": {"per_second": per_second, "cpu_ns": cpu_ns}}]}
+            rows = [row for row in goals.communication(values) if row.what.endswith("over Node::call")]
+            self.assertEqual([row.met for row in rows], met)
+
     def test_the_slowest_size_counts(self):
         values = {f"checkpoints {size}": [{"to_someip_ns": size / 1000 + i, "to_cdr_ns": 10 + i} for i in range(100)]
                   for size in goals.CLOUDS.values()}

@@ -125,9 +125,14 @@ class Measures:
                      ("calls 32", lambda: self.perf_client("--size", 64, "--in-flight", 32, seconds=seconds)),
                      ("events 64 B", lambda: self.perf_client("--events", "--size", 64, "--window", 0,
                                                               seconds=seconds)))
+        # One program makes them in turn, a hundred times a round.
+        program, address = self.programs["node"], self.lab.address
+        self.take("calls by both", lambda: self.with_server(
+            lambda: self.lab.start("a", program, "serve", address["a6"]),
+            lambda: self.lab.run("b", program, "calls", address["b6"], 4 * seconds)))
 
     def busy(self):
-        """Calls again, of two that do not wait but look. Each server takes a core, and so is there only for its turn."""
+        """Calls again, of two that do not wait but look. Each server takes a core."""
         for kind, port in ("udp", 5008), ("tcp", 5009):
             self.in_turn((f"{kind} busy floor", lambda: self.with_server(
                              lambda: self.start_floor(f"serve-{kind}", port, WIRE, "busy=1"),

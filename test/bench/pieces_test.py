@@ -20,7 +20,8 @@ import report
 MICRO = sys.argv.pop()
 FIGURES = {"latency_ns": {"count": 100, "p50": 10_000, "p99": 20_000, "max": 30_000}, "per_second": 1000.0,
            "megabytes_per_second": 100.0, "received": 100, "lost": 0, "resident_kb": 5000, "seconds": 5.0, "wakeups": 11,
-           "discovery_datagrams": 10, "first_event_ns": 6_000_000, "histogram": "long", "payload_bytes": 1000}
+           "discovery_datagrams": 10, "first_event_ns": 6_000_000, "histogram": "long", "payload_bytes": 1000,
+           "node": {"per_second": 1000.0, "cpu_ns": 500.0}, "proxy": {"per_second": 1000.0, "cpu_ns": 500.0}}
 VIEWER = {"received": 9, "lost": 0, "recorded": 500}
 ABOUT = {"date": "2000-01-01", "command": "./run bench", "rounds": 2, "place": "a test", "priority": "with none",
          "cpu": "no core", "kernel": "0", "compiler": "none", "load": "0.1"}

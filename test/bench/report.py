@@ -20,7 +20,8 @@ HEADING = """
 Written by `./run bench`, which measures floors and Trestle alternately in one run. Absolute times depend on the machine; the
 ratios are what counts. A *floor* is what the system itself needs for the same bytes: loops of bare system calls, memcpy,
 plain Fast DDS ([test/bench](../test/bench)). "Ours" is measured by `trestle perf` ([tools.md](tools.md)), from call to answer
-and from `notify()` to the handler. `./run bench --check` fails when a goal is missed.
+and from `notify()` to the handler; for the rows "over Node::call", one program calls through a `Proxy` and by `Node::call()` in
+turn. `./run bench --check` fails when a goal is missed.
 
 Each round measures a floor and ours one after the other, the next round in the opposite order. A ratio is the median of the
 ratios of all rounds, and "rounds" shows the smallest and the largest of them (or of our values, where there is no ratio).
