@@ -261,8 +261,8 @@ class ServiceDiscovery {
 
   /// Each UDP socket of ours has room for so many bytes. From now on servers whose services are required are
   /// told this, if they set the flag of explicit initial data, and clients that tell it themselves, in
-  /// messages without entries. So large calls go as fast as the other side can take them, and a client that hears us is
-  /// proven, without a subscription. Without effect in a build for size, or without tell_receive_buffer.
+  /// messages without entries. So large calls go as fast as the other side can take them, and a client that
+  /// hears us is proven, without a subscription. Not in a build for size, or without tell_receive_buffer.
   void tell_receive_buffer(std::uint32_t bytes) noexcept { std::ranges::fill(receive_buffer_, bytes); }
   /// Takes a service that is withheld, Remote::is_withheld(), as if it were offered only now.
   void admit(const RemoteHandle& service, TimePoint now) noexcept;

@@ -260,9 +260,8 @@ void add_event_cases(Cases& cases) {
        .needs = Need::eventgroup | Need::udp,
        .run =
            [](Trial& t) {
-             const EventgroupProfile& group = t.eventgroup([](const EventgroupProfile& one) {
-               return !one.initial_values && !one.tcp && !one.cycle;
-             });
+             const EventgroupProfile& group = t.eventgroup(
+                 [](const EventgroupProfile& one) { return !one.initial_values && !one.tcp && !one.cycle; });
              const std::size_t since = t.now();
              t.acknowledged(t.subscribe(group));
              t.pass();
