@@ -61,7 +61,6 @@ class Conversation {
   }
 
   void start_services() {
-    discovery_.tell_receive_buffer(212'992);
     static constexpr std::array groups{
         Eventgroup{.id = EventgroupId{1}},
         Eventgroup{

@@ -403,17 +403,16 @@ void trestle_get_counters(const trestle_device* device, trestle_counters* counte
 #define TRESTLE_SLOT_(bytes, pointers) ((bytes) + (pointers) * sizeof(void*))
 #ifdef __unix__ /* a host, whose library also guards against crowds: known_failures.hpp */
 #define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(3360, 88)
-#define TRESTLE_PEER_BYTES_ TRESTLE_SLOT_(112, 2)
 #define TRESTLE_REMOTE_BYTES_ TRESTLE_SLOT_(136, 0)
 #else
 #define TRESTLE_OBJECT_BYTES_ TRESTLE_SLOT_(1208, 86)
-#define TRESTLE_PEER_BYTES_ TRESTLE_SLOT_(80, 2)
 #define TRESTLE_REMOTE_BYTES_ TRESTLE_SLOT_(128, 0)
 #endif
 #define TRESTLE_SERVICE_BYTES_ TRESTLE_SLOT_(180, 12)
 #define TRESTLE_EVENTGROUP_BYTES_ TRESTLE_SLOT_(64, 0)
 #define TRESTLE_EVENT_BYTES_ TRESTLE_SLOT_(40, 8)
 #define TRESTLE_SUBSCRIBER_BYTES_ TRESTLE_SLOT_(104, 0)
+#define TRESTLE_PEER_BYTES_ TRESTLE_SLOT_(80, 2)
 #define TRESTLE_NEED_BYTES_ TRESTLE_SLOT_(100, 4)
 #define TRESTLE_SUBSCRIPTION_BYTES_ TRESTLE_SLOT_(190, 2)
 #define TRESTLE_CALL_BYTES_ TRESTLE_SLOT_(66, 0)

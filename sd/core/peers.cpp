@@ -511,7 +511,6 @@ bool ServiceDiscovery::is_outdated(const slots::TcpConnection& connection,
 // What the peer had is gone; this message may already bring new entries.  [feat_req_someipsd_871]
 void ServiceDiscovery::on_reboot(std::uint16_t peer, TimePoint now) noexcept {
   count(counters_.reboots_detected);
-  std::ranges::fill(peers_[peer].acquaintance, slots::Acquaintance{});
   for (slots::TcpConnection& connection : tcp_connections_) {
     if (is_outdated(connection, peer)) {
       lose(connection);

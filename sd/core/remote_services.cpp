@@ -348,9 +348,6 @@ void ServiceDiscovery::on_offer(const Entry& entry, const Arrival& arrival) noex
     announce(*remote);
   }
   renew_subscriptions(*remote, is_new, arrival);
-  if constexpr (optimised_for_many) {
-    get_acquainted(*remote, arrival);
-  }
 }
 
 // --- Gateways to the same network -------------------------------------------------------------------------

@@ -207,11 +207,10 @@ bool ServiceDiscovery::tcp_needed(const Endpoint& own, const Endpoint& client) c
   }) != nullptr;
 }
 
-bool ServiceDiscovery::is_proven(const IpAddress& client, TimePoint now) const noexcept {
-  return (optimised_for_many && has_answered_us(client, now)) ||
-         tcp_connections_.find_if([&](const slots::TcpConnection& connection) {
-           return connection.remote.address == client;
-         }) != nullptr ||
+bool ServiceDiscovery::is_proven(const IpAddress& client) const noexcept {
+  return tcp_connections_.find_if([&](const slots::TcpConnection& connection) {
+    return connection.remote.address == client;
+  }) != nullptr ||
          subscribers_.find_if([&](const slots::Subscriber& subscription) {
            const bool has_shown_it = !guards || !optimised_for_many ||
                                      subscription.peer == slots::Subscriber::nobody ||
@@ -228,6 +227,15 @@ void ServiceDiscovery::unreachable(const Endpoint& subscriber) noexcept {
   }
 }
 
+std::uint32_t ServiceDiscovery::receive_buffer_of(const Endpoint& client) const noexcept {
+  for (const slots::Subscriber& slot : subscribers_) {
+    if (slot.udp == client && slot.receive_buffer_bytes != 0) {
+      return slot.receive_buffer_bytes;
+    }
+  }
+  return 0;
+}
+
 bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& client) const noexcept {
   return !settings_.check_tcp_connections || tcp_connections_.find_if([&](const slots::TcpConnection& c) {
     return c.own == offer.tcp && c.remote == client;
@@ -236,9 +244,8 @@ bool ServiceDiscovery::tcp_ready(const slots::Offer& offer, const Endpoint& clie
 
 Subscriber ServiceDiscovery::subscriber_of(const slots::Subscriber& slot) const noexcept {
   const bool configured = slot.peer == slots::Subscriber::nobody;
-  const std::uint32_t known = optimised_for_many ? known_buffer_of(slot.udp) : 0;
   return {configured ? slot.configured_at : peers_[slot.peer].endpoint, slot.udp, slot.tcp,
-          known != 0 ? known : slot.receive_buffer_bytes};
+          slot.receive_buffer_bytes};
 }
 
 const slots::Subscriber* ServiceDiscovery::subscription(OfferHandle offer, std::size_t place) const noexcept {

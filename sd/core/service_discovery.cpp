@@ -240,9 +240,6 @@ void ServiceDiscovery::on_message(const someip::Message& bytes, const Endpoint& 
   }
   note_heard(peer, now);
   peer.explicit_initial_data = message->explicit_initial_data();  // [feat_req_someipsd_1188]
-  if (optimised_for_many && !via_multicast) {
-    hear(peer_index, *message, now);
-  }
   count(counters_.messages_received);
   // One delay for the whole message, so that the answers share a message too. Only multicast messages need
   // one.  [feat_req_someipsd_83] [feat_req_someipsd_766] [feat_req_someipsd_624]
@@ -398,7 +395,6 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     }
   }
   bool offers = false;
-  bool tells = false;
   transmit_due_ = never;
   const auto keep = [this](const slots::PendingEntry& pending) {
     note_due(pending.due);
@@ -409,15 +405,6 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
   pending_.remove_if([&](const slots::PendingEntry& pending) {
     if (full || !is_due(pending.due, now) || (destination != nobody && pending.peer != destination)) {
       return keep(pending);
-    }
-    if (optimised_for_many && pending.told != slots::PendingEntry::Told::no) {
-      if (destination != nobody) {
-        return keep(pending);  // it is a message of its own
-      }
-      destination = pending.peer;
-      tells = writer.add_unreferenced(NodeToldOption{what_to_tell(pending, now)}.view());
-      full = true;
-      return true;
     }
     // A StopSubscribe and its Subscribe stay together: if only the first fits here, both go into the next.
     const OptionList options{pending, configurations_[pending.configuration]};
@@ -440,7 +427,7 @@ std::optional<Transmit> ServiceDiscovery::poll_transmit(ByteSpan room, TimePoint
     }
     return true;
   });
-  if (writer.entry_count() == 0 && !tells) {
+  if (writer.entry_count() == 0) {
     return std::nullopt;
   }
   if (optimised_for_many && offers) {

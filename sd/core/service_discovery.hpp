@@ -24,7 +24,6 @@
 namespace trestle::sd {
 
 class SdWriter;
-struct NodeTold;
 
 /// Why a call of the application was refused; nothing has changed then.
 enum class SdError : std::uint8_t {
@@ -258,12 +257,6 @@ class ServiceDiscovery {
   /// admit(). So nothing that comes from that network goes back there before it is known there whether the
   /// two hosts have the same. Without effect in a build for size.
   void be_gateway_to(const Endpoint& network) noexcept { std::ranges::fill(gateway_to_, network); }
-
-  /// Each UDP socket of ours has room for so many bytes. From now on servers whose services are required are
-  /// told this, if they set the flag of explicit initial data, and clients that tell it themselves, in
-  /// messages without entries. So large calls go as fast as the other side can take them, and a client that
-  /// hears us is proven, without a subscription. Not in a build for size, or without tell_receive_buffer.
-  void tell_receive_buffer(std::uint32_t bytes) noexcept { std::ranges::fill(receive_buffer_, bytes); }
   /// Takes a service that is withheld, Remote::is_withheld(), as if it were offered only now.
   void admit(const RemoteHandle& service, TimePoint now) noexcept;
 
@@ -284,9 +277,8 @@ class ServiceDiscovery {
     }
   }
 
-  /// How many bytes the socket at this UDP endpoint has room for, as any subscription from there tells; else
-  /// as all nodes at that address tell, if they are proven; else 0. DiscoveryRules::receive_buffers wins.
-  [[nodiscard]] std::uint32_t receive_buffer_of(const Endpoint& client, TimePoint now) const noexcept;
+  /// How many bytes the socket at this UDP endpoint has room for, as any subscription from there tells, or 0.
+  [[nodiscard]] std::uint32_t receive_buffer_of(const Endpoint& client) const noexcept;
 
   /// The subscription in this place, below max_subscribers, of the table of all; null when there is none, or
   /// it is to another offer. Valid until the next call that is told the time.
@@ -308,8 +300,8 @@ class ServiceDiscovery {
   [[nodiscard]] bool tcp_needed(const Endpoint& own, const Endpoint& client) const noexcept;
 
   /// Whether this address has shown to receive what we send: it has a TCP connection here, or a subscription
-  /// by UDP and has answered doubts, or it gives back our number, see tell_receive_buffer().
-  [[nodiscard]] bool is_proven(const IpAddress& client, TimePoint now) const noexcept;
+  /// by UDP and has answered doubts.
+  [[nodiscard]] bool is_proven(const IpAddress& client) const noexcept;
   /// Subscriptions in the name of this address may be forged, which matters now: as long as it has some, it
   /// is sent Offers at times that nobody can foresee, until it has subscribed several times right after one.
   /// That takes some seconds. Without effect in a build for size, or without guards: there, each subscription
@@ -381,8 +373,6 @@ class ServiceDiscovery {
   /// order, equal keys included. No items when the service is gone. The cursor and its items are valid until
   /// the next call that is told the time.  [feat_req_someipsd_1146] [feat_req_someipsd_1147]
   [[nodiscard]] ConfigurationCursor configuration(RemoteHandle service) const noexcept;
-  /// How many bytes the sockets of its server have room for, as its Offer or the server itself tells; else 0.
-  [[nodiscard]] std::uint32_t receive_buffer_of(RemoteHandle service) const noexcept;
 
   /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
   /// [feat_req_someipsd_428] [feat_req_someipsd_431]
@@ -585,19 +575,6 @@ class ServiceDiscovery {
   [[nodiscard]] bool is_outdated(const slots::TcpConnection& connection, std::uint16_t peer) const noexcept;
   void on_reboot(std::uint16_t peer, TimePoint now) noexcept;
 
-  // acquaintances.cpp
-  [[nodiscard]] bool tells_receive_buffer() const noexcept {
-    return settings_.tell_receive_buffer &&
-           std::ranges::any_of(receive_buffer_, [](auto bytes) { return bytes != 0; });
-  }
-  void hear(std::uint16_t peer, const SdMessage& message, TimePoint now) noexcept;
-  void tell(std::uint16_t peer, TimePoint due, bool asks) noexcept;
-  [[nodiscard]] NodeTold what_to_tell(const slots::PendingEntry& pending, TimePoint now) const noexcept;
-  void get_acquainted(const slots::Remote& server, const Arrival& arrival) noexcept;
-  [[nodiscard]] std::uint32_t question_to(const Endpoint& peer, std::uint64_t period) const noexcept;
-  [[nodiscard]] std::uint32_t known_buffer_of(const std::optional<Endpoint>& at) const noexcept;
-  [[nodiscard]] bool has_answered_us(const IpAddress& address, TimePoint now) const noexcept;
-
   // server_side.cpp
   void on_find(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] bool has_room_for_answer(std::uint16_t peer) const noexcept;
@@ -764,7 +741,6 @@ class ServiceDiscovery {
   Random random_;
   SdCounters counters_{};
   [[no_unique_address]] slots::OneOrNone<std::optional<Endpoint>> gateway_to_{};
-  [[no_unique_address]] slots::OneOrNone<std::uint32_t> receive_buffer_{};  // of our sockets
   [[no_unique_address]] slots::OneOrNone<EntryJudge> entry_judge_{};
 };
 

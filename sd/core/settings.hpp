@@ -44,13 +44,6 @@ struct ForeignEndpoints {
   friend constexpr bool operator==(const ForeignEndpoints&, const ForeignEndpoints&) = default;
 };
 
-/// What each UDP socket of a host has room for: bytes, as it asks for them by SO_RCVBUF and is granted.
-struct ReceiveBuffer {
-  IpAddress host;
-  std::uint32_t bytes = 0;
-  friend constexpr bool operator==(const ReceiveBuffer&, const ReceiveBuffer&) = default;
-};
-
 /// Where the specification leaves a choice. The defaults are what it asks for, or asks for first;
 /// docs/sd_options.md tells the reasons.
 struct DiscoveryRules {
@@ -111,9 +104,6 @@ struct DiscoveryRules {
   /// Exceptions from own_endpoints_only: hosts with several addresses, or behind a NAT. It is read later, so
   /// it must outlive this object.
   const std::span<const ForeignEndpoints>* foreign_endpoints = nullptr;
-  /// What is known of the sockets of hosts, whatever these tell: other stacks tell nothing. It is read later,
-  /// so it must outlive this object. Without effect in a build for size.
-  const std::span<const ReceiveBuffer>* receive_buffers = nullptr;
   /// When a table is full, entries of a peer make room for a newcomer if the peer was silent for this long,
   /// or for twice the time that it was heard before, whatever TTL it named. So a peer that speaks once soon
   /// gives way, and one that renews stays. If no peer is silent, an entry of the address with the most gives

@@ -237,15 +237,6 @@ struct Probe {
   [[nodiscard]] bool was_sent() const noexcept { return asked != due; }
 };
 
-/// What a node that knows the keys of receive_buffer.hpp and we have told each other.
-struct Acquaintance {
-  std::uint32_t receive_buffer_bytes = 0;  // of each of its sockets; 0: not told
-  std::uint32_t answer = 0;                // to its question; 0: it has asked nothing
-  std::uint8_t untold = 0;                 // how often we have told it, and it has not told us
-  TimePoint tell_due{};                    // when it is told again, as a server; 0: it is none
-  TimePoint proven_until{};                // it receives what is sent to its address
-};
-
 /// A node that has sent SD messages, or that we send some.
 struct Peer : SlotBase {
   std::uint16_t subscribers = 0;  // slots that name it, lost ones included
@@ -267,7 +258,6 @@ struct Peer : SlotBase {
   std::uint16_t held = 0;  // scratch of the search for who holds most
   // The last one. Where there are few places, nobody is asked.
   [[no_unique_address]] OneIfGuarded<Probe> probe{};
-  [[no_unique_address]] OneOrNone<Acquaintance> acquaintance{};
   TimePoint last_seen{};
   RateLimit entries;
   RateLimit real_reboots;
@@ -283,8 +273,6 @@ struct TcpConnection : SlotBase {
 /// An entry to be sent, with what it references.
 struct PendingEntry {
   static constexpr std::uint16_t to_multicast = 0xffff;
-  /// Instead of an entry: a message without entries, see receive_buffer.hpp.
-  enum class Told : std::uint8_t { no, yes, with_question };
 
   TimePoint due{};
   std::uint16_t peer = to_multicast;
@@ -292,7 +280,6 @@ struct PendingEntry {
   bool first = false;      // of a Subscribe: not the renewal of another one
   std::uint16_t subscription = Remote::none;  // whose it is, unless that has ended
   std::uint8_t option_count = 0;
-  Told told = Told::no;
   std::uint16_t configuration = ConfigurationPool::none;
   std::uint32_t receive_buffer_bytes = 0;  // to be told in a configuration option, if there is no other one
   Entry entry;

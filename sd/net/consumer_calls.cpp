@@ -5,6 +5,7 @@
 #include <boost/asio/post.hpp>
 #include <stdexcept>
 
+#include "sd/core/receive_buffer.hpp"
 #include "sd/net/checks.hpp"
 #include "sd/net/clock.hpp"
 #include "sd/net/discovery_text.hpp"
@@ -59,7 +60,7 @@ std::optional<Consumer::CallPath> Consumer::route(Search& search, const CallSpec
   // As the application wants, else as the server can take it.
   if (way && way->target.transport == Transport::udp && bytes > someip::max_plain_payload_bytes &&
       !way->pacing.burst) {
-    way->pacing.burst = someip::burst_into(discovery_.receive_buffer_of(way->server->handle));
+    way->pacing.burst = someip::burst_into(receive_buffer_in(discovery_.configuration(way->server->handle)));
   }
   return way;
 }

@@ -39,15 +39,11 @@ std::uint64_t random_seed() {
   return (std::uint64_t{device()} << 32U) | device();
 }
 
-Settings discovery_settings(const NodeConfig& config, const std::span<const ForeignEndpoints>& foreign,
-                            const std::span<const ReceiveBuffer>& buffers) {
+Settings discovery_settings(const NodeConfig& config, const std::span<const ForeignEndpoints>& foreign) {
   Settings settings;
   static_cast<DiscoveryRules&>(settings) = config.discovery;
   if (!foreign.empty()) {
     settings.foreign_endpoints = &foreign;
-  }
-  if (!buffers.empty()) {
-    settings.receive_buffers = &buffers;
   }
   if (config.check_subnet && !settings.subnet_prefix_bits) {
     settings.subnet_prefix_bits = someip::subnet_prefix_bits(config.address);
@@ -115,7 +111,7 @@ struct Node::State : std::enable_shared_from_this<State> {
         unicast{io, sd_socket(config, config.address, someip::PortSharing::by_address)},
         multicast{io, sd_socket(config, config.multicast, someip::PortSharing::shared)},
         storage{config.limits},
-        discovery{discovery_settings(config, foreign_endpoints, receive_buffers), storage.view()},
+        discovery{discovery_settings(config, foreign_endpoints), storage.view()},
         access{config, counters, warn},
         ports{
             io,
@@ -168,7 +164,6 @@ struct Node::State : std::enable_shared_from_this<State> {
     if (config.gateway_to) {
       discovery.be_gateway_to(*config.gateway_to);
     }
-    discovery.tell_receive_buffer(static_cast<std::uint32_t>(unicast.receive_buffer_bytes()));
     if (access.has_policies()) {
       discovery.judge_entries({.is_allowed = &State::is_allowed, .context = &access});
     }
@@ -596,7 +591,6 @@ struct Node::State : std::enable_shared_from_this<State> {
   someip::UdpSocket multicast;
   HeapStorage storage;
   std::span<const ForeignEndpoints> foreign_endpoints{config.foreign_endpoints};
-  std::span<const ReceiveBuffer> receive_buffers{config.receive_buffers};
   ServiceDiscovery discovery;
   AccessGuard access;
   Ports ports;

@@ -38,10 +38,6 @@ struct NodeConfig {
   /// Hosts that may name endpoints of other hosts (DiscoveryRules::own_endpoints_only). If there are any,
   /// they replace those of `discovery`.
   std::vector<ForeignEndpoints> foreign_endpoints{};
-  /// What the UDP sockets of hosts have room for, in bytes, whatever these tell. Large messages go there in
-  /// bursts that fit: of another stack that takes more, or less, than one that nobody tuned (212,992). If
-  /// there are any, they replace those of `discovery`.
-  std::vector<ReceiveBuffer> receive_buffers{};
   /// Where `discovery` names no prefix length, take that of the interface with `address`, so that peers
   /// outside of its subnet are ignored. False: all peers are heard, also those at loopback addresses of this
   /// host.  [feat_req_someipsd_1135] [feat_req_someipsd_1149]
@@ -98,8 +94,7 @@ struct NodeConfig {
   /// the longest time ends.
   std::size_t max_tcp_receive_bytes = std::size_t{256} << 20U;
   /// Limits answers in segments over UDP to another host that has neither a subscription here nor a TCP
-  /// connection, and is no node that has told us its buffers (DiscoveryRules::tell_receive_buffer): somebody
-  /// may have asked in its name. This many bytes may go there at once, and so many more
+  /// connection: somebody may have asked in its name. This many bytes may go there at once, and so many more
   /// each second. Beyond them the answer is ReturnCode::not_ok.
   std::size_t unproven_answer_bytes = std::size_t{64} << 10U;
   std::size_t unproven_answer_rate = std::size_t{2} << 10U;  ///< bytes per second

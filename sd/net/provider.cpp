@@ -594,7 +594,7 @@ void Provider::say_who_is_silent(const IpAddress& to) {
 }
 
 bool Provider::may_receive(const Endpoint& to, std::size_t bytes) {
-  if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address, now())) {
+  if (is_of_this_host(to.address, config_.address) || discovery_.is_proven(to.address)) {
     return true;
   }
   discovery_.doubt(to.address);
@@ -718,7 +718,7 @@ void Provider::on_event(const SubscriberRemoved& event) {
     offer->tcp->server.disconnect(*event.subscriber.tcp, "the link is down");  // [feat_req_someipsd_437]
   }
   const std::optional<Endpoint>& udp = event.subscriber.udp;
-  if (offer && offer->udp && udp && !discovery_.is_proven(udp->address, now())) {
+  if (offer && offer->udp && udp && !discovery_.is_proven(udp->address)) {
     offer->udp->sender.part(*udp);
   }
 }

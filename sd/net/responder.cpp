@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "sd/core/service_discovery.hpp"
-#include "sd/net/clock.hpp"
 #include "sd/net/ports.hpp"
 #include "someip/wire/slices.hpp"
 
@@ -41,9 +40,9 @@ bool ReplyPath::send_bytes(const someip::Header& header, std::span<const ByteVie
     return false;
   }
   someip::TpPacing paced = pacing;
-  // As the application wants, otherwise as the client can take it, if it says that.
+  // As the application wants, otherwise as the client can take it, if a subscription of it says that.
   if (large && !paced.burst) {
-    paced.burst = someip::burst_into(discovery->receive_buffer_of(to, now()));
+    paced.burst = someip::burst_into(discovery->receive_buffer_of(to));
   }
   return port->sender.send(to, header, payload, std::move(keep_alive), paced);
 }

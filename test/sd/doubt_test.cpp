@@ -25,9 +25,7 @@ class Doubt : public Server {
     machine.unicast(client, {subscribe(2, {udp(client_udp)})});
     machine.events();
   }
-  [[nodiscard]] bool is_proven() const {
-    return machine.discovery.is_proven(client_udp.address, machine.now);
-  }
+  [[nodiscard]] bool is_proven() const { return machine.discovery.is_proven(client_udp.address); }
   /// A client that subscribes 3 ms after each offer that it hears.
   /// @return how many offers it was sent by unicast
   int listen(Duration time) {

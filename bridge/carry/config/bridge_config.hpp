@@ -61,7 +61,6 @@ struct SdSettings : sd::Timing {
   bool check_subnet = true;        ///< peers outside of the subnet of our address are ignored
   bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
   std::vector<sd::ForeignEndpoints> foreign_endpoints{};
-  std::vector<sd::ReceiveBuffer> receive_buffers{};
   bool tell_dds_domain = true;  ///< bridges of the same one wait until they have found each other there
   friend bool operator==(const SdSettings&, const SdSettings&) = default;
 };

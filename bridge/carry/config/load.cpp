@@ -48,37 +48,18 @@ documents::Format<std::uint32_t> time_to_live() {
           {.kind = documents::Shape::Kind::time, .min = 1, .words = {"until_reboot"}}};
 }
 
-// What stands on both sides of an arrow.
-std::optional<std::array<std::string, 2>> around_arrow(std::string_view text) {
-  constexpr std::string_view arrow = " -> ";
-  const std::size_t end = text.find(arrow);
-  if (end == std::string_view::npos) {
-    return std::nullopt;
-  }
-  return std::array{std::string{text.substr(0, end)}, std::string{text.substr(end + arrow.size())}};
-}
-
 // "192.168.1.2 -> 10.0.0.2": the first may name endpoints at the second.
 documents::Format<sd::ForeignEndpoints> foreign_endpoints() {
   return {"two addresses, as in 192.168.1.2 -> 10.0.0.2: the first may name endpoints at the second",
           [](std::string_view text) -> std::optional<sd::ForeignEndpoints> {
-            const auto sides = around_arrow(text);
-            const auto peer = sides ? someip::parse_address((*sides)[0]) : std::nullopt;
-            const auto named = sides ? someip::parse_address((*sides)[1]) : std::nullopt;
+            constexpr std::string_view arrow = " -> ";
+            const std::size_t end = text.find(arrow);
+            if (end == std::string_view::npos) {
+              return std::nullopt;
+            }
+            const auto peer = someip::parse_address(std::string{text.substr(0, end)});
+            const auto named = someip::parse_address(std::string{text.substr(end + arrow.size())});
             return peer && named ? std::optional{sd::ForeignEndpoints{*peer, *named}} : std::nullopt;
-          }};
-}
-
-// "192.168.1.2 -> 1700 KiB": what its sockets have room for.
-documents::Format<sd::ReceiveBuffer> receive_buffers() {
-  return {"an address and a size, as in 192.168.1.2 -> 1700 KiB: what its sockets have room for",
-          [size = documents::byte_size(4096, std::uint64_t{1} << 30U)](
-              std::string_view text) -> std::optional<sd::ReceiveBuffer> {
-            const auto sides = around_arrow(text);
-            const auto host = sides ? someip::parse_address((*sides)[0]) : std::nullopt;
-            const auto bytes = sides ? size.read((*sides)[1]) : std::nullopt;
-            return host && bytes ? std::optional{sd::ReceiveBuffer{*host, static_cast<std::uint32_t>(*bytes)}}
-                                 : std::nullopt;
           }};
 }
 
@@ -109,12 +90,6 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
       const auto& [peer, named] = into.foreign_endpoints[i];
       if (peer.v6 != into.multicast.v6 || named.v6 != into.multicast.v6) {
         problems.error(marks[i], "foreign_endpoints: not of the IP version of the multicast address of sd");
-      }
-    }
-    sd.read_list("receive_buffers", receive_buffers(), into.receive_buffers, marks);
-    for (std::size_t i = 0; i < into.receive_buffers.size(); ++i) {
-      if (into.receive_buffers[i].host.v6 != into.multicast.v6) {
-        problems.error(marks[i], "receive_buffers: not of the IP version of the multicast address of sd");
       }
     }
     sd.finish();

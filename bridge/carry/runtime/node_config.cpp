@@ -216,7 +216,6 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
   node.check_subnet = sd.check_subnet;
   node.discovery.own_endpoints_only = sd.own_endpoints_only;
   node.foreign_endpoints = sd.foreign_endpoints;
-  node.receive_buffers = sd.receive_buffers;
   node.access = config.someip.access;
   node.tls = config.someip.tls;
   if (sd::AccessPolicy policy = policy_of(config); !policy.rules.empty()) {

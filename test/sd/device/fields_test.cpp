@@ -328,15 +328,14 @@ TEST(DeviceLimits, RefuseADescriptionThatCannotBe) {
 
 // 4 services, 8 eventgroups and 16 subscribers, beside one buffer of 8 KB. On a machine with 64 bits it is
 // more, also for what only such machines remember of silent hosts; and where it is not built for size, for
-// what it remembers of clients that did not answer, what peers and it told each other, and where ids of
-// services lie.
+// what it remembers of clients that did not answer, and where ids of services lie.
 TEST(DeviceLimits, TakeAtMost8KbByDefault) {
   constexpr device::Limits limits;
   EXPECT_EQ(limits.services, 4);
   EXPECT_EQ(limits.eventgroups, 8);
   EXPECT_EQ(limits.subscribers, 16);
   EXPECT_LE(sizeof(device::StaticDevice<limits>),
-            8192U + (sizeof(void*) == 4 ? 8352U : 9000U) + (optimised_for_many ? 2'448U : 0U));
+            8192U + (sizeof(void*) == 4 ? 8352U : 9000U) + (optimised_for_many ? 2'192U : 0U));
 }
 
 TEST(DeviceLimits, MakeTheMemoryThatTheyNeed) {

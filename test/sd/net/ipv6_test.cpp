@@ -115,9 +115,7 @@ TEST_F(Ipv6Test, RefusesLargeAnswersOverUdpToWhoHasNotShownToReceiveThere) {
   std::vector<bool> sent;
   std::vector<std::string> warnings;
   Node server{io, careful, {}, into(warnings)};
-  NodeConfig of_another_stack = config(2);
-  of_another_stack.discovery.tell_receive_buffer = false;  // nor does it show by that where it receives
-  Node client{io, of_another_stack};
+  Node client{io, config(2)};
   server.offer(
       {.service = ServiceId{0x1234},
        .instance = InstanceId{1},

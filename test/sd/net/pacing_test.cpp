@@ -1,5 +1,5 @@
-// Large events leave in bursts of what each subscriber can take, as its subscription tells. For large answers
-// and requests client and server tell each other, where no subscription and no offer does.
+// Large events leave in bursts of what each subscriber can take, as its subscription tells, and answers to a
+// client that has subscribed likewise; large requests in those of what the server can, if its offer tells.
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -68,17 +68,6 @@ class Pacing : public test::TwoNodes {
     return burst;
   }
 
-  /// Whether it does so within some tries: client and server need a moment to tell each other.
-  bool comes_to(std::uint64_t burst, const std::function<std::uint64_t()>& measure) {
-    std::uint64_t last = 0;
-    for (int tries = 0; tries < 100 && last != burst; ++tries) {
-      last = measure();
-      run_for(20ms);
-    }
-    EXPECT_EQ(last, burst);
-    return last == burst;
-  }
-
   std::vector<std::size_t> sizes;  ///< of the messages in the order of their arrival
   std::vector<const Node*> receivers;
 };
@@ -112,18 +101,6 @@ TEST_F(Pacing, IsTheDefaultForASubscriberThatDoesNotTell) {
   subscribe(client);
   EXPECT_THAT(told_to(server, offer), ElementsAre(0));
   EXPECT_EQ(burst_of(server, offer), 48U);
-}
-
-TEST_F(Pacing, IsThatOfTheBufferThatIsKnownOfAHost) {
-  NodeConfig of_server = quick(test::server_address);
-  of_server.receive_buffers = {{.host = test::client_address, .bytes = 180'000}};
-  Node server{io, of_server};
-  NodeConfig config = quick(test::client_address);
-  config.discovery.tell_receive_buffer = false;
-  Node client{io, config};
-  const OfferHandle offer = server.offer(spec());
-  subscribe(client);
-  EXPECT_EQ(burst_of(server, offer), 39U);
 }
 
 // Each at its own pace, and no one's pauses are another one's.
@@ -327,23 +304,10 @@ TEST_F(RequestPacing, IsTheDefaultForAServerThatDoesNotTell) {
   EXPECT_THAT(configuration, IsEmpty());
 }
 
-TEST_F(RequestPacing, IsThatOfTheServersBufferWithoutSayingSo) {
-  covers({"feat_req_someiptp_801"});
-  Node server{io, with_buffer(test::server_address, 180'000)};
-  Node client{io, quick(test::client_address)};
-  ServiceSpec open = taking_large_requests();
-  open.segmented.reset();
-  server.offer(std::move(open));
-  EXPECT_TRUE(comes_to(39, [&] { return burst_of_request(client); }));
-  EXPECT_THAT(configuration, IsEmpty()) << "the server has told the client alone";
-}
-
 // An offer goes to everybody: it has no more in it than it needs.
-TEST_F(RequestPacing, IsOnlyToldToAllWhereLargeRequestsAreExpected) {
+TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
   Node server{io, quick(test::server_address)};
-  NodeConfig config = quick(test::client_address);
-  config.discovery.tell_receive_buffer = false;  // nor does it get told
-  Node client{io, config};
+  Node client{io, quick(test::client_address)};
   ServiceSpec open = taking_large_requests();
   open.segmented.reset();
   const OfferHandle first = server.offer(std::move(open));
@@ -391,19 +355,12 @@ class AnswerPacing : public Pacing {
   }
 };
 
-TEST_F(AnswerPacing, IsThatOfTheClientsBuffer) {
-  covers({"feat_req_someiptp_801"});
-  Node server{io, quick(test::server_address)};
-  Node client{io, with_buffer(test::client_address, 180'000)};
-  server.offer(giving_large_answers());
-  EXPECT_TRUE(comes_to(39, [&] { return burst_of_answer(server, client); }));
-}
-
 TEST_F(AnswerPacing, IsThatOfTheClientsBufferIfItHasSubscribed) {
   covers({"feat_req_someiptp_801", "feat_req_someipsd_946"});
   Node server{io, quick(test::server_address)};
   Node client{io, with_buffer(test::client_address, 180'000)};
   server.offer(giving_large_answers());
+  EXPECT_EQ(burst_of_answer(server, client), 48U) << "it has not told";
   subscribe(client);
   EXPECT_EQ(burst_of_answer(server, client), 39U);
   EXPECT_EQ(burst_of_answer(server, client, give_slowly), 7U) << "as the application wants";
@@ -411,9 +368,7 @@ TEST_F(AnswerPacing, IsThatOfTheClientsBufferIfItHasSubscribed) {
 
 TEST_F(AnswerPacing, IsNotThatOfAnotherClient) {
   Node server{io, quick(test::server_address)};
-  NodeConfig config = quick(test::client_address);
-  config.discovery.tell_receive_buffer = false;
-  Node client{io, config};
+  Node client{io, quick(test::client_address)};
   Node other{io, with_buffer(test::other_address, 180'000)};
   server.offer(giving_large_answers());
   subscribe(other);

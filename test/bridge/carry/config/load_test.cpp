@@ -281,24 +281,6 @@ TEST(Load, ReadsWhoMayNameEndpointsOfOthers) {
               testing::Contains(testing::HasSubstr("192.168.1.2 -> 10.0.0.2")));
 }
 
-TEST(Load, ReadsWhatTheSocketsOfOthersHaveRoomFor) {
-  const BridgeConfig config =
-      load_good(replaced(good_config, "ttl: 10 s",
-                         "ttl: 10 s\n    receive_buffers: [10.0.0.1 -> 1700 KiB, 10.0.0.2 -> 64 KiB]"));
-  EXPECT_THAT(config.someip.sd.receive_buffers,
-              testing::ElementsAre(sd::ReceiveBuffer{IpAddress::v4(10, 0, 0, 1), 1700U << 10U},
-                                   sd::ReceiveBuffer{IpAddress::v4(10, 0, 0, 2), 64U << 10U}));
-  for (const std::string wrong : {"10.0.0.1", "10.0.0.1 -> x", "x -> 64 KiB", "10.0.0.1 -> 1 KiB"}) {
-    EXPECT_THAT(
-        problems_of(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    receive_buffers: [" + wrong + "]")),
-        testing::Contains(testing::HasSubstr("192.168.1.2 -> 1700 KiB")))
-        << wrong;
-  }
-  EXPECT_THAT(
-      problems_of(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    receive_buffers: [fd00::1 -> 64 KiB]")),
-      testing::Contains(testing::HasSubstr("receive_buffers: not of the IP version")));
-}
-
 TEST(Load, ReadsWhetherOffersTellTheDomain) {
   EXPECT_TRUE(load_good(good_config).someip.sd.tell_dds_domain);
   EXPECT_FALSE(load_good(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    tell_dds_domain: false"))
