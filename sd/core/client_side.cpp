@@ -119,9 +119,9 @@ void ServiceDiscovery::join_remote(Subscription& subscription, TimePoint now) no
 }
 
 // Queues a Subscribe, or with a TTL of 0 a StopSubscribe, to who offers `remote`.
-slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscription,
-                                                      const slots::Remote& remote, TimePoint due,
-                                                      std::uint32_t ttl_s, bool initial_data) noexcept {
+slots::PendingEntry* ServiceDiscovery::queue_subscribe(const slots::Remote& remote,
+                                                       const Subscription& subscription, TimePoint due,
+                                                       std::uint32_t ttl_s, bool initial_data) noexcept {
   slots::PendingEntry* const pending = send(remote.peer, due);  // always by unicast  [feat_req_someipsd_818]
   if (pending == nullptr) {
     return nullptr;
@@ -143,6 +143,16 @@ slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscr
     pending->receive_buffer_bytes = subscription.receive_buffer_bytes;
   }
   return pending;
+}
+
+slots::PendingEntry* ServiceDiscovery::send_subscribe(const Subscription& subscription, TimePoint due,
+                                                      std::uint32_t ttl_s, bool initial_data) noexcept {
+  return queue_subscribe(remotes_[subscription.remote], subscription, due, ttl_s, initial_data);
+}
+slots::PendingEntry* ServiceDiscovery::send_subscribe_to(const slots::Remote& remote,
+                                                         const Subscription& subscription, TimePoint due,
+                                                         std::uint32_t ttl_s) noexcept {
+  return queue_subscribe(remote, subscription, due, ttl_s, false);
 }
 
 void ServiceDiscovery::cancel_requests(Subscription& subscription) noexcept {
@@ -187,10 +197,10 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   if (guards && cause < Cause::silence) {
     note_asked(remotes_[subscription.remote], subscription.state != State::subscribed, due);
   }
-  const slots::Remote& remote = remotes_[subscription.remote];
-  const bool server_is_asked = settings_.explicit_initial_data && peers_[remote.peer].explicit_initial_data;
+  const bool server_is_asked =
+      settings_.explicit_initial_data && peers_[remotes_[subscription.remote].peer].explicit_initial_data;
   if (unanswered && !server_is_asked) {
-    send_subscribe(subscription, remote, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
+    send_subscribe(subscription, due, 0, false)->with_next = true;  // [feat_req_someipsd_1178]
   }
   // The first Subscribe asks for initial events  [feat_req_someipsd_1191]. An additional one does not, as
   // long as the TTL of the previous one runs, answered or not  [feat_req_someipsd_1192]. Nor does one after a
@@ -202,7 +212,7 @@ void ServiceDiscovery::request(Subscription& subscription, TimePoint due, Cause 
   const bool again = server_is_asked &&
                      (unanswered || (subscription.state == State::subscribed && subscription.initial_open));
   const bool initial_data = settings_.explicit_initial_data && (first || again || cause == Cause::silence);
-  send_subscribe(subscription, remote, due, subscription.ttl_s, initial_data)->first = first;
+  send_subscribe(subscription, due, subscription.ttl_s, initial_data)->first = first;
   subscription.is_requested = true;
   if (cause < Cause::silence) {
     subscription.ack_overdue = cause == Cause::multicast_offer;
@@ -248,8 +258,7 @@ void ServiceDiscovery::withdraw(Subscription& subscription, TimePoint now) noexc
   if (subscription.remote != Subscription::no_remote) {
     cancel_requests(subscription);
     if (link_up_ && subscription.state != State::idle && subscription.state != State::refused) {
-      if (slots::PendingEntry* const stop =
-              send_subscribe(subscription, remotes_[subscription.remote], now, 0, false)) {
+      if (slots::PendingEntry* const stop = send_subscribe(subscription, now, 0, false)) {
         stop->subscription = slots::Remote::none;  // [feat_req_someipsd_1177]
       }
     }
@@ -349,7 +358,9 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
     return at != slots::Remote::none;
   };
   if (peers_[arrival.peer].remotes == 0 || search_remotes(entry.service, is_meant) == nullptr) {
-    counters_.ignored_unexpected_ack += guards && rival_answers(entry, arrival) ? 0 : 1;
+    if (!guards || !rival_answers(entry, arrival)) {
+      count(counters_.ignored_unexpected_ack);
+    }
     return;
   }
   if (event_places() == 0) {

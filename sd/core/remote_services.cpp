@@ -457,7 +457,7 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     bool is_there = false;  // queued for another requirement
     for (std::size_t i = 0; i < pending_.size() && !is_there; ++i) {
       const slots::PendingEntry& other = pending_[i];
-      is_there = other.peer == slots::PendingEntry::to_multicast &&
+      is_there = (!guards || other.peer == slots::PendingEntry::to_multicast) &&
                  other.entry.type == EntryType::find_service && other.entry.service == requirement.service &&
                  other.entry.instance == requirement.instance && other.entry.major == requirement.major &&
                  other.configuration == requirement.configuration;
@@ -465,21 +465,8 @@ void ServiceDiscovery::seek(TimePoint now) noexcept {
     if (is_there) {
       continue;
     }
-    send_find(requirement, slots::PendingEntry::to_multicast, now);
+    fill_find(*send(slots::PendingEntry::to_multicast, now), requirement);
   }
-}
-
-// There is room for it.
-void ServiceDiscovery::send_find(const slots::Requirement& requirement, std::uint16_t to,
-                                 TimePoint now) noexcept {
-  slots::PendingEntry* const pending = send(to, now);
-  pending->entry = {.type = EntryType::find_service,  // without endpoints  [feat_req_someipsd_877]
-                    .service = requirement.service,
-                    .instance = requirement.instance,
-                    .major = requirement.major,
-                    .ttl_s = settings_.timing.ttl_s,
-                    .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
-  pending->configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
 }
 
 }  // namespace trestle::sd

@@ -269,8 +269,7 @@ void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& 
   place.asked = at & all;
   place.has_answered = 0;
   // Which is not to be changed by what becomes of this.
-  send_subscribe(subscriptions_[by], other, arrival.answer_due, ttl_s, false)->subscription =
-      slots::Remote::none;
+  send_subscribe_to(other, subscriptions_[by], arrival.answer_due, ttl_s)->subscription = slots::Remote::none;
 }
 
 // Takes the answer of who was asked because it offers the same as somebody who has not answered. Its offer
@@ -301,8 +300,8 @@ bool ServiceDiscovery::rival_answers(const Entry& entry, const Arrival& arrival)
     there.instance = entry.instance;
     there.major = entry.major;
     there.peer = arrival.peer;
-    send_subscribe(by, there, arrival.now, 0, false)->subscription = slots::Remote::none;
-    send_find(requirement, arrival.peer, arrival.now);
+    send_subscribe_to(there, by, arrival.now, 0)->subscription = slots::Remote::none;
+    fill_find(*send(arrival.peer, arrival.now), requirement);
     return true;
   }
   return false;

@@ -49,7 +49,6 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
     : pending_{storage.pending_entries},
       events_{storage.pending_events},
       silences_{storage.silences},
-      rivals_{storage.rivals},
       peers_{storage.peers},
       remotes_{storage.remotes},
       ids_{storage.ids},
@@ -62,7 +61,8 @@ ServiceDiscovery::ServiceDiscovery(const Settings& settings, const StorageView& 
       configurations_{storage.configuration_bytes, storage.configurations},
       settings_{settings},
       rules_{settings_},
-      random_{settings.seed} {
+      random_{settings.seed},
+      rivals_{storage.rivals} {
   assert(settings.timing.ttl_s >= 1 && settings.timing.ttl_s <= infinite_ttl_s);
   assert(settings.timing.initial_delay_min <= settings.timing.initial_delay_max);
   assert(settings.max_entries_per_second >= 1 && settings.max_entries_at_once >= 1);

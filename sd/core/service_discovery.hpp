@@ -646,7 +646,15 @@ class ServiceDiscovery {
   void lose(slots::Remote& remote, LossReason reason, TimePoint now) noexcept;
   [[nodiscard]] bool fits(const slots::Requirement& requirement, const slots::Remote& remote) const noexcept;
   void seek(TimePoint now) noexcept;
-  void send_find(const slots::Requirement& requirement, std::uint16_t to, TimePoint now) noexcept;
+  void fill_find(slots::PendingEntry& pending, const slots::Requirement& requirement) const noexcept {
+    pending.entry = {.type = EntryType::find_service,  // without endpoints  [feat_req_someipsd_877]
+                     .service = requirement.service,
+                     .instance = requirement.instance,
+                     .major = requirement.major,
+                     .ttl_s = settings_.timing.ttl_s,
+                     .tail = any_minor};                // fits() compares  [feat_req_someipcompat_1197]
+    pending.configuration = requirement.configuration;  // [feat_req_someipsd_879] [feat_req_someipsd_503]
+  }
   void tell_network(SdWriter& writer) const noexcept;
   [[nodiscard]] bool leaves_room(const SdWriter& writer, std::size_t option_bytes) const noexcept;
   [[nodiscard]] bool tells_our_network(const SdMessage& message) const noexcept;
@@ -692,8 +700,15 @@ class ServiceDiscovery {
   void attach(slots::Subscription& subscription, slots::Remote& remote) noexcept;
   void detach(slots::Subscription& subscription) noexcept;
   void watch(TimePoint now) noexcept;
-  slots::PendingEntry* send_subscribe(const slots::Subscription& subscription, const slots::Remote& remote,
-                                      TimePoint due, std::uint32_t ttl_s, bool initial_data) noexcept;
+  slots::PendingEntry* send_subscribe(const slots::Subscription& subscription, TimePoint due,
+                                      std::uint32_t ttl_s, bool initial_data) noexcept;
+  slots::PendingEntry* send_subscribe_to(const slots::Remote& remote, const slots::Subscription& subscription,
+                                         TimePoint due, std::uint32_t ttl_s) noexcept;
+  // Of client_side.cpp alone. In place: a closed network has nobody who needs send_subscribe_to().
+  [[gnu::always_inline]] inline slots::PendingEntry* queue_subscribe(const slots::Remote& remote,
+                                                                     const slots::Subscription& subscription,
+                                                                     TimePoint due, std::uint32_t ttl_s,
+                                                                     bool initial_data) noexcept;
   void lose(slots::Subscription& subscription, LossReason reason) noexcept;
   void tell_loss(slots::Subscription& subscription) noexcept;
 
@@ -722,10 +737,9 @@ class ServiceDiscovery {
   std::uint16_t next_displaced_ = 0;
   [[no_unique_address]] slots::OneIfGuarded<KnownFailures> known_failures_{};
   std::uint16_t next_silence_ = 0;
-  std::span<slots::Silence> silences_;  // who did not answer, whatever became of its offers
-  std::span<slots::Rival> rivals_;
   std::uint16_t next_rival_ = 0;
-  TimePoint questions_due_ = never;  // when to look at who is contested
+  std::span<slots::Silence> silences_;  // who did not answer, whatever became of its offers
+  TimePoint questions_due_ = never;     // when to look at who is contested
   Table<slots::Peer> peers_;
   Table<slots::Remote> remotes_;
   [[no_unique_address]] slots::ServiceIds ids_;
@@ -742,6 +756,7 @@ class ServiceDiscovery {
   SdCounters counters_{};
   [[no_unique_address]] slots::OneOrNone<std::optional<Endpoint>> gateway_to_{};
   [[no_unique_address]] slots::OneOrNone<EntryJudge> entry_judge_{};
+  std::span<slots::Rival, guards ? std::dynamic_extent : 0> rivals_;
 };
 
 }  // namespace trestle::sd

@@ -222,7 +222,7 @@ struct Subscription : SlotBase {
   Duration silence_timeout{};   // 0: none
   TimePoint silent_at = never;  // when to ask anew, unless an event comes
   // Of questions to others that offer the same.
-  [[no_unique_address]] std::array<RateLimit, guards ? 1 : 0> questions{};
+  [[no_unique_address]] std::conditional_t<guards, std::array<RateLimit, 1>, NoneKept<RateLimit>> questions{};
 };
 
 /// An Offer to a client, at a time that nobody can foresee, to see whether it hears it. In ticks.
