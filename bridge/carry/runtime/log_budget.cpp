@@ -1,7 +1,5 @@
 #include "bridge/carry/runtime/log_budget.hpp"
 
-#include <span>
-
 namespace trestle::carry {
 namespace {
 
@@ -31,11 +29,9 @@ bool LogBudget::take(std::string_view line, TimePoint now, bool error) {
     for (Kind& kind : kinds_) {
       kind.bytes = 0;
     }
-    for (Kind& kind : errors_) {
-      kind.bytes = 0;
-    }
   }
-  Kind& kind = error ? errors_[kind_of(line) % errors_.size()] : kinds_[kind_of(line) % kinds_.size()];
+  const std::size_t number = kind_of(line);
+  Kind& kind = kinds_[error ? number % kinds_of_errors : kinds_of_errors + number % kinds_of_others];
   const std::size_t size = line.size() + time_and_level;
   const std::size_t allowed = kind.bytes + size > most_of_a_quiet_kind ? most_of_talkers
                               : error                                  ? most
@@ -58,22 +54,18 @@ std::vector<std::string> LogBudget::left_out(TimePoint now) {
 std::vector<std::string> LogBudget::left_out() {
   std::vector<std::string> lines;
   std::uint64_t others = 0;
-  const auto tell = [&](std::span<Kind> kinds) {
-    for (Kind& kind : kinds) {
-      if (kind.left_out == 0) {
-        continue;
-      }
-      if (lines.size() < most_examples) {
-        lines.push_back("left out " + std::to_string(kind.left_out) +
-                        " more lines of this kind: " + kind.example);
-      } else {
-        others += kind.left_out;
-      }
-      kind.left_out = 0;
+  for (Kind& kind : kinds_) {
+    if (kind.left_out == 0) {
+      continue;
     }
-  };
-  tell(errors_);
-  tell(kinds_);
+    if (lines.size() < most_examples) {
+      lines.push_back("left out " + std::to_string(kind.left_out) +
+                      " more lines of this kind: " + kind.example);
+    } else {
+      others += kind.left_out;
+    }
+    kind.left_out = 0;
+  }
   if (others > 0) {
     lines.push_back("left out " + std::to_string(others) + " lines of other kinds");
   }

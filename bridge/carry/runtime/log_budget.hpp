@@ -34,8 +34,10 @@ class LogBudget {
     std::uint64_t left_out = 0;
     std::string example;
   };
-  std::array<Kind, 64> kinds_{};   ///< of warnings and less
-  std::array<Kind, 16> errors_{};  ///< of errors, so that no warning counts as their kind
+  /// Of errors, so that no warning counts as their kind; then of warnings and less.
+  static constexpr std::size_t kinds_of_errors = 16;
+  static constexpr std::size_t kinds_of_others = 64;
+  std::array<Kind, kinds_of_errors + kinds_of_others> kinds_{};
   std::size_t bytes_ = 0;
   TimePoint begin_{};
 };
