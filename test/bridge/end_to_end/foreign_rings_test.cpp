@@ -19,7 +19,11 @@ using testing::HasSubstr;
 /// Somebody copies events of one service to another, as a gateway of another maker in a ring.
 class ForeignRings : public Rings {
  protected:
+  /// In the place of what was offered before, at the same address.
   void offer(int service) {
+    subscription_.reset();
+    offer_.reset();
+    node_.reset();
     node_ = std::make_unique<sd::Node>(io_, node_config());
     sd::ServiceSpec spec{.service = someip::ServiceId{static_cast<std::uint16_t>(service)},
                          .instance = someip::InstanceId{1}};
