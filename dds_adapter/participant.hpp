@@ -140,9 +140,8 @@ struct ParticipantConfig {
   /// counterpart. (With Fast DDS 2.10 to 2.14, writers send all the same. With 3.x they do so to readers that
   /// are found before the first writer of the topic is made.)
   bool strict_types = false;
-  /// Frees the memory of a received sample together with it. Otherwise the histories of readers reuse it, and
-  /// keep as much as they ever needed. (Those of writers always do: as much as the largest samples that their
-  /// depth has room for.)
+  /// Frees the memory of a sample together with it. Otherwise the histories of readers and writers reuse it,
+  /// and keep as much as they ever needed.
   bool frees_samples = false;
   std::function<void(const Happening&)> on_event;  ///< may be empty; see "Threads" above
   /// Participant::writers() has changed. As on_event.

@@ -256,8 +256,8 @@ class WriterCore final : private fast::WriterListener {
     qos.resource_limits().max_instances = 1;
     qos.resource_limits().max_samples_per_instance = static_cast<std::int32_t>(offered.depth);
     qos.resource_limits().allocated_samples = 1;
-    // A history keeps its newest samples in any case: reused memory is no more, only there for good.
-    qos.endpoint().history_memory_policy = fast::dynamic_reusable;
+    qos.endpoint().history_memory_policy =
+        participant_->frees_samples() ? fast::dynamic_reserve : fast::dynamic_reusable;
     qos.data_sharing().off();
     qos.publish_mode().kind =
         leaves_to_dds_ ? fast::ASYNCHRONOUS_PUBLISH_MODE : fast::SYNCHRONOUS_PUBLISH_MODE;
