@@ -128,8 +128,8 @@ class Measures:
         # One program makes them in turn, a hundred times a round.
         program, address = self.programs["node"], self.lab.address
         self.take("calls by both", lambda: self.with_server(
-            lambda: self.lab.start("a", program, "serve", address["a6"]),
-            lambda: self.lab.run("b", program, "calls", address["b6"], 4 * seconds)))
+            lambda: self.lab.start("a", program, "serve", address["a9"]),
+            lambda: self.lab.run("b", program, "calls", address["b10"], 4 * seconds)))
 
     def busy(self):
         """Calls again, of two that do not wait but look. Each server takes a core."""
