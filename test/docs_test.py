@@ -12,7 +12,7 @@ Usage: docs_test.py SOURCE_FOLDER
 - Each page of docs/ has its row in docs/README.md.
 - A command of `trestle` or `./run` that a page shows is one, and its long options stand in the program's sources.
 - docs/troubleshooting.md has each cause of docs/status.md, and docs/choosing.md and the README no figure that neither
-  docs/performance.md nor docs/hostile.md has.
+  docs/performance.md nor docs/hostile.md has. "N times" is the ratio of the rows that it is about.
 - The table of docs/cli.md has the commands of bridge/program/main.cpp in the order of its help, and docs/architecture.md names the room of each.
 """
 import hashlib
@@ -235,13 +235,36 @@ def bad_troubleshooting(root):
     yield from (f"docs/troubleshooting.md: the cause `{cause}` is missing" for cause in causes if f"`{cause}`" not in text)
 
 
+# What a page calls "N times" of, and the rows of docs/performance.md whose ratios these are.
+RATIOS = {"two hops of Fast DDS": r"DDS, SOME/IP, DDS (?:64 KB|256 KB|1 MB), p50, default pacing",
+          "clouds of 1,000 points that are copied": r"PointCloud2 of 1,000 points to \w+(?:/IP)?, copied",
+          "events of 256 KB and 1 MB one after another": r"TP sustained (?:256 KB|1 MB), default pacing"}
+UNIT = r"(?:[mµn]?s|[kMG]?B/s|MB|KB|k/s|%|/s|ms/s)(?![\w/])"
+
+
 def bad_figures(root):
-    measured = re.sub(r"\s+", " ", read(root / "docs/performance.md") + read(root / "docs/hostile.md"))
+    performance = read(root / "docs/performance.md")
+    measured = re.sub(r"\s+", " ", performance + read(root / "docs/hostile.md"))
     for page, line in ((page, line) for page in ("README.md", "docs/choosing.md")
                        for line in re.findall(r"^\|.*$", read(root / page), re.MULTILINE)):
-        for figure in re.findall(r"\d[\d,.]* (?:[mµn]?s|[kMG]?B/s|MB|KB|k/s|%|/s|ms/s)(?![\w/])|\d\.\d\d(?= times)", line):
-            if not re.search(rf"(?<![\d.,]){re.escape(figure)}(?!\d)", measured):
-                yield f"{page}: {figure}: neither in docs/performance.md nor in docs/hostile.md"
+        for first, last, unit in re.findall(rf"(?:(\d[\d,.]*)(?: to | – ))?(\d[\d,.]*) ({UNIT})", line):
+            for figure in (f"{number} {unit}" for number in (first, last) if number):
+                if not re.search(rf"(?<![\d.,]){re.escape(figure)}(?!\d)", measured):
+                    yield f"{page}: {figure}: neither in docs/performance.md nor in docs/hostile.md"
+        said = re.findall(r"(?:(\d\.\d+) to )?(\d\.\d+) times", line)
+        if said:
+            yield from bad_ratios(page, line, [number for one in said for number in one if number], performance)
+
+
+def bad_ratios(page, line, said, performance):
+    """All those of the rows in their order, or the smallest and the largest, or the largest alone."""
+    rows = next((row for words, row in RATIOS.items() if words in line), None)
+    if rows is None:
+        yield f"{page}: {' to '.join(said)} times: RATIOS of test/docs_test.py does not say of what"
+        return
+    ratios = re.findall(rf"^\| (?:{rows}) (?:\|[^|]*){{2}}\| (\d\.\d+) \|", performance, re.MULTILINE)
+    if not ratios or said not in (ratios, [min(ratios), max(ratios)], [max(ratios)]):
+        yield f"{page}: {' to '.join(said)} times, where docs/performance.md has {', '.join(ratios) or 'no such row'}"
 
 
 def faults(root):
@@ -283,13 +306,18 @@ def finds_wrong_ones():
         (root / "docs/README.md").write_text("[one](cli.md) [two](architecture.md) [three](internals/README.md) [four](internals/page.md)\n")
         (root / "docs/status.md").write_text("## Why nothing flows\n| `told` | |\n| `untold` | |\n## More\n| `no_cause` | |\n")
         (root / "docs/troubleshooting.md").write_text("`told`\n```\n$ trestle known --no-option\n$ trestle unknown\n$ ./run untried\n```\n")
-        (root / "docs/performance.md").write_text("| 1.5 ms |\n")
-        (root / "docs/choosing.md").write_text("| 1.5 ms | 2.5 ms |\n")
+        (root / "docs/performance.md").write_text(
+            "| 1.5 ms |\n| TP sustained 256 KB, default pacing | 1 s | 2 s | 0.70 | 0.67 – 0.78 |\n"
+            "| TP sustained 1 MB, default pacing | 1 s | 2 s | 0.66 | 0.61 – 0.68 |\n| another | 1 s | 2 s | 0.50 |\n")
+        about = "events of 256 KB and 1 MB one after another"
+        (root / "docs/choosing.md").write_text(
+            f"| 1.5 ms | 2.5 ms |\n| 1.4 to 1.5 ms |\n| {about} | 0.66 to 0.70 times |\n| {about} | 0.70 times, 0.66 times |\n"
+            f"| {about} | 0.50 to 0.70 times |\n| something else | 0.70 times |\n")
         # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a room without a box and
         # without a place on two pages; a command that is not in the table, one that is not in the program, one without a
         # room, and two in another order than in the program; four pages without a row; three commands that there are not; a
-        # cause, a figure.
-        return len(list(faults(root))) == 24
+        # cause; a figure, the first one of a range, a ratio of another row, and one of which nobody knows the row.
+        return len(list(faults(root))) == 27
 
 
 def main():
