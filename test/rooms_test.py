@@ -7,7 +7,8 @@ Each line of ORDER names folders. A file includes only of its own folder and of 
 one line know nothing of each other. A new folder gets its place here. And each fuzz target has its corpus.
 
 The main header of a folder (of a folder without headers, the main file) begins with a comment of at least four lines:
-"// FOLDER: what lives there", and its files. Files that the comment names exist.
+"// FOLDER: what lives there", and its files. A row of them begins with a file's name, and has one such beginning only; what
+does not fit is continued further to the right. Files that the comment names exist.
 """
 import pathlib
 import re
@@ -49,7 +50,13 @@ NEVER = [("dds_adapter", "someip/net"), ("dds_adapter", "sd"), ("someip", "dds_a
          ("bridge/measure", "bridge/carry"), ("bridge/measure", "bridge/inspect"),
          ("bridge/generate", "bridge/carry"), ("bridge/generate", "bridge/inspect"), ("bridge/generate", "bridge/measure"),
          ("bridge/carry", "bridge/generate"), ("bridge/conform", "someip/core"), ("bridge/conform", "sd/core"),
-         ("bridge/conform", "sd/net")]
+         ("bridge/conform", "sd/net"),
+         ("bridge/conform", "bridge/carry"), ("bridge/conform", "bridge/inspect"), ("bridge/conform", "bridge/measure"),
+         ("bridge/conform", "bridge/guest"), ("bridge/conform", "bridge/console"),
+         ("bridge/carry", "bridge/conform"), ("bridge/inspect", "bridge/conform"), ("bridge/measure", "bridge/conform"),
+         ("bridge/generate", "bridge/conform")]
+NAME = r"[\w*.]+(?:/\w*|\.\w+)+"
+ROW = re.compile(rf"{NAME}(?:, {NAME})* +(?!.*\.(?:hpp|cpp|h)  )\S")
 INCLUDE = re.compile(r'^\s*#\s*include "([^"]+)"', re.MULTILINE)
 
 
@@ -67,7 +74,7 @@ def top_comment(file):
 
 
 def missing_headers(root, folders):
-    """Folders that do not say what they are for, and files that such a comment names and that are not there."""
+    """Folders that do not say what they are for, rows that were torn, and files that are named and not there."""
     for folder in folders:
         files = [file for file in sorted((root / folder).glob("*")) if file.suffix in (".hpp", ".cpp", ".h")]
         said = [(file, text) for file in files for text in [top_comment(file)]
@@ -75,6 +82,8 @@ def missing_headers(root, folders):
         if not said:
             yield f"{folder}: no file begins with \"// {folder}: what lives here\" and a list of its files"
         for file, text in said:
+            yield from (f"{file.relative_to(root)}: \"{row}\" is no row of a list of files"
+                        for row in re.findall(r"^//   (?=\S)(.*)$", text, re.MULTILINE) if not ROW.match(row))
             for name in re.findall(r"(?<!\w)[a-z*][\w./*]*\.(?:hpp|cpp|h)\b", text):
                 if not any(True for place in (root / folder, root) for _ in place.glob(name)) and not any(
                         True for _ in (root / folder).rglob(name)):
@@ -131,15 +140,28 @@ def finds_a_wrong_one():
         none = list(faults(root))
         (root / "someip/wire/up.hpp").write_text('#pragma once\n#include "sd/wire/empty.hpp"\n')
         (root / "bridge/inspect/tools/aside.cpp").write_text('#include "bridge/carry/config/empty.hpp"\n')
+        for here, there in (("conform/fuzz", "carry/runtime"), ("conform/fuzz", "inspect/tools"), ("conform/fuzz", "measure/perf"),
+                            ("conform/cases", "guest"), ("conform/replay", "console"), ("carry/runtime", "conform"),
+                            ("inspect/tools", "conform"), ("measure/perf", "conform"), ("generate", "conform/cases")):
+            (root / f"bridge/{here}/{there.replace('/', '_')}.cpp").write_text(f'#include "bridge/{there}/empty.hpp"\n')
         (root / "bridge/new").mkdir()
         (root / "bridge/new/file.hpp").touch()
         (root / "fuzz/empty.hpp").write_text("// fuzz: too little\n")
         (root / "sd/c/empty.hpp").write_text("// sd/c: a file\n//\n// gone.hpp\n//\n")
+        (root / "sd/net/empty.hpp").write_text(
+            "// sd/net: files\n//\n//   empty.hpp, up.hpp  this and\n//   that down.hpp  more\n//   up.hpp    a down.hpp  b\n"
+            "//   empty.hpp:\n//       more\n//   under/    others\n")
+        for name in ("up", "down"):
+            (root / f"sd/net/{name}.hpp").touch()
         (root / "fuzz/CMakeLists.txt").write_text("function(trestle_fuzz name)\ntrestle_fuzz(one LIBS x)\n  trestle_fuzz(two LIBS x)\n")
         (root / "fuzz/corpus/one").mkdir(parents=True)
         (root / "fuzz/corpus/one/seed").touch()
         return not none and [line.split(": ")[0] for line in faults(root)] == [
-            "someip/wire/up.hpp:2", "bridge/inspect/tools/aside.cpp:1", "bridge/new/file.hpp", "sd/c/empty.hpp", "fuzz", "fuzz/corpus/two"]
+            "someip/wire/up.hpp:2", "bridge/carry/runtime/conform.cpp:1", "bridge/conform/cases/guest.cpp:1",
+            "bridge/conform/fuzz/carry_runtime.cpp:1", "bridge/conform/fuzz/inspect_tools.cpp:1",
+            "bridge/conform/fuzz/measure_perf.cpp:1", "bridge/conform/replay/console.cpp:1", "bridge/generate/conform_cases.cpp:1",
+            "bridge/inspect/tools/aside.cpp:1", "bridge/inspect/tools/conform.cpp:1", "bridge/measure/perf/conform.cpp:1",
+            "bridge/new/file.hpp", "sd/c/empty.hpp", *["sd/net/empty.hpp"] * 3, "fuzz", "fuzz/corpus/two"]
 
 
 def main():

@@ -2,10 +2,13 @@
 //
 //   recorder.hpp      takes messages from anywhere and writes them, in files of some size
 //   mcap.hpp          the format's records as plain values; mcap_fields.hpp: how their fields are read and
-//   written mcap_writer.hpp   writes a file, a chunk at a time mcap_reader.hpp   reads one, also what a
-//   writer left that was killed compression.hpp   of chunks: LZ4, Zstandard ros2msg.hpp       a message type
-//   as the text of a schema offered_qos.hpp   quality of service as rosbag2 notes it bag_metadata.hpp
-//   metadata.yaml, by which rosbag2 takes a folder for a bag
+//                     written
+//   mcap_writer.hpp   writes a file, a chunk at a time
+//   mcap_reader.hpp   reads one, also what a writer left that was killed
+//   compression.hpp   of chunks: LZ4, Zstandard
+//   ros2msg.hpp       a message type as the text of a schema
+//   offered_qos.hpp   quality of service as rosbag2 notes it
+//   bag_metadata.hpp  metadata.yaml, by which rosbag2 takes a folder for a bag
 //
 // Knows neither the network nor where messages come from. https://mcap.dev/spec has the format.
 #pragma once

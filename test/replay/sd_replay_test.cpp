@@ -28,8 +28,7 @@ using sd::EntryKind;
 /// Why an entry was sent by one of the two sides only. Each says who is right, and by which requirement.
 enum class Reason {
   /// The offers of the main phase. Ours come CYCLIC_OFFER_DELAY after the last repetition and after each
-  /// other
-  /// [feat_req_someipsd_80] [feat_req_someipsd_81], and explain() checks just that. vsomeip doubles the
+  /// other [feat_req_someipsd_80] [feat_req_someipsd_81], and explain() checks just that. vsomeip doubles the
   /// repetition delay once more first, and then sends all offers by one timer that runs since its start.
   cyclic_offer,
   /// A Find answered before the first Offer. The specification has no messages in the initial wait phase
@@ -56,12 +55,10 @@ enum class Reason {
   /// [feat_req_someipsd_844]; a Nack is one.
   stop_subscribe_after_nack,
   /// The service's TTL ran out. vsomeip looks every half second or so whether one has, says StopSubscribe to
-  /// a
-  /// server that is gone, and looks for the service then; ours does at once.
+  /// a server that is gone, and looks for the service then; ours does at once.
   late_expiry,
   /// vsomeip opens another port after it lost the service; counted for each entry that names it. Ports are
-  /// the
-  /// application's affair, ours keeps its one.
+  /// the application's affair, ours keeps its one.
   new_port,
   /// No reason is known: the test fails.
   unexplained,

@@ -1,9 +1,8 @@
 // bridge/carry/config: the configuration of a bridge.
 //
 //   bridge_config.hpp   what a file says, as plain values
-//   load.hpp            reads and checks a file; load_access.hpp, load_console.hpp, load_dds.hpp,
-//   load_limits.hpp:
-//                       sections
+//   load.hpp            reads and checks a file; load_access.hpp, load_console.hpp, load_dds.hpp and
+//                       load_limits.hpp: its sections
 //   elements.hpp        the elements of its lists, read in load_route.cpp, load_method.cpp and so on
 //   conflicts.hpp, pattern_conflicts.hpp  what cannot be true together
 //   topic_pattern.hpp   patterns of topics; lock_file.hpp, id_allocator.hpp: ids of discovered topics

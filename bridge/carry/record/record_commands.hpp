@@ -3,8 +3,8 @@
 //   record_commands.hpp  start here: the commands
 //   record_command.cpp   records what goes over DDS and SOME/IP
 //   replay_command.cpp   sends what a file holds, in its own time
-//   topic_recorder.hpp   the topics of a DDS domain; someip_recorder.hpp: SOME/IP of an interface or a
-//   capture
+//   topic_recorder.hpp   the topics of a DDS domain; someip_recorder.hpp: SOME/IP of an interface or
+//                        a capture
 //
 // bridge/record has the files.
 #pragma once

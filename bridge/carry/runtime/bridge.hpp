@@ -12,9 +12,11 @@
 //   counters.hpp            counts what was carried and what was lost
 //   diagnostics.hpp         tells its state as ROS diagnostics
 //   onlookers.hpp           shows messages of a route to those who look
-//   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates and
-//   latencies silence_watch.hpp       says why nothing comes on a route loop_guard.hpp          keeps
-//   messages from going round in a ring of bridges loop_check.hpp, suspected_loop.hpp   find such rings
+//   surroundings.hpp        what is around the routes, and pictures of it; route_meter.hpp: rates
+//                           and latencies
+//   silence_watch.hpp       says why nothing comes on a route
+//   loop_guard.hpp          keeps messages from going round in a ring of bridges
+//   loop_check.hpp, suspected_loop.hpp   find such rings
 //   shared_subscription.hpp what tools subscribe to beside the routes
 //   bridge_mark.hpp         what ends of bridges say of themselves to other bridges
 //   ways_back.hpp           when services of other bridges may be used
