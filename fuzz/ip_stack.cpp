@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 /// The network layer of the firmware example, fed with frames: each is a length of two bytes, then that many
 /// bytes. Property: nothing is read outside a frame (each is copied to memory of its own size), what is
 /// handed over lies within it, what is sent is a whole frame from our MAC, at most one for each frame and as
-/// many reports as there are groups, and a datagram to who sent one can be sent.
+/// many reports as there are groups, and a datagram can be sent to the sender of one.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const net::Mac mac{2, 0, 0, 0, 0, 2};
   net::IpStack stack{{.mac = mac, .address = IpAddress::v4(10, 0, 0, 2), .gateway = {}}, 1};

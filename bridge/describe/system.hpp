@@ -25,7 +25,7 @@ struct System {
 struct SystemOptions {
   LowerOptions lower{};
   Edits edits{};
-  bool lowers = true;     ///< false: System::lowered stays empty, for who does not need it
+  bool lowers = true;     ///< false: System::lowered stays empty, if nobody needs it
   bool allocates = true;  ///< false: ids that nobody gave stay open
 };
 

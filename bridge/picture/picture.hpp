@@ -3,7 +3,7 @@
 //   picture.hpp        all of it at one moment, as plain values; made by bridge/carry/runtime
 //   picture_json.hpp   the same as JSON, both ways
 //   id_names.hpp       what interface descriptions call the ids in it
-//   seen_message.hpp   a copy of a message, for who looks at a route
+//   seen_message.hpp   a copy of a message, for viewers of a route
 //   causes.hpp         why nothing flows on a route, in words: from the picture alone
 //
 // Knows no socket, no DDS and no SOME/IP: status, console and metrics read nothing else.

@@ -118,7 +118,7 @@ void ServiceDiscovery::join_remote(Subscription& subscription, TimePoint now) no
   }
 }
 
-// Queues a Subscribe, or with a TTL of 0 a StopSubscribe, to who offers `remote`.
+// Queues a Subscribe, or with a TTL of 0 a StopSubscribe, to the server of `remote`.
 slots::PendingEntry* ServiceDiscovery::queue_subscribe(const slots::Remote& remote,
                                                        const Subscription& subscription, TimePoint due,
                                                        std::uint32_t ttl_s, bool initial_data) noexcept {
@@ -343,7 +343,7 @@ void ServiceDiscovery::on_ack(const Entry& entry, const Arrival& arrival) noexce
   }
   const std::string_view name = name_in(entry, arrival);
   // By the offer: a server may well send Acks that mean nothing, and not each is worth a look at all
-  // subscriptions. Nobody subscribes to who offers nothing.
+  // subscriptions. Nobody subscribes to a host that offers nothing.
   std::uint16_t at = slots::Remote::none;
   const auto is_meant = [&](const slots::Remote& remote) {
     if (remote.peer != arrival.peer || remote.instance != entry.instance || remote.major != entry.major ||

@@ -1,9 +1,9 @@
 // Two servers that offer the same service: which of them is kept. Nobody can tell who is the honest one, but
 // whoever holds the place has to answer: as soon as somebody else offers the service, our Subscribes are
-// repeated by time until there is an answer, or too many are missing. Then the next who offers it has its
-// turn. As long as it has never answered, all others are asked, too, and the first who answers gets the
-// place: however many offer what they do not serve, none of them delays who does. Who has answered and comes
-// back, after a restart for example, gets its place back from who came meanwhile.
+// repeated by time until there is an answer, or too many are missing. Then the next one that offers it has
+// its turn. As long as it has never answered, all others are asked, too, and the first one to answer gets the
+// place: however many offer what they do not serve, they do not delay the one that does. One that has
+// answered and comes back, after a restart for example, gets its place back from one that came meanwhile.
 #include "sd/core/service_discovery.hpp"
 
 namespace trestle::sd {
@@ -167,9 +167,9 @@ bool ServiceDiscovery::note_asked(slots::Remote& remote, bool is_open, TimePoint
   return remote.unanswered < slots::Remote::is_mute;
 }
 
-// Whether the place is free for somebody else, who offers the service, too. If not, who holds it is asked
-// until it has answered. Where there is nothing to be answered, who has long been silent does not keep it
-// from who speaks.
+// Whether the place is free for somebody else who offers the service, too. If not, its holder is asked until
+// it has answered. Where there is nothing to be answered, a holder that has long been silent gives way to one
+// that speaks.
 bool ServiceDiscovery::gives_way(slots::Remote& remote, TimePoint now) noexcept {
   if (remote.unanswered == slots::Remote::is_mute) {
     return true;
@@ -196,7 +196,7 @@ bool ServiceDiscovery::is_open(const slots::Rival& rival) const noexcept {
          !remotes_[by.remote].has_answered;
 }
 
-// That of who was asked before all others, but rather of one that has not answered.
+// The place of the one that was asked before all others; preferably of one that has not answered.
 slots::Rival& ServiceDiscovery::place_for_rival() noexcept {
   for (std::size_t i = 0; i < rivals_.size(); ++i) {
     slots::Rival& rival = rivals_[next_rival_++ % rivals_.size()];
@@ -240,7 +240,7 @@ void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& 
   // It ends by itself, should the answer be lost.
   constexpr std::uint32_t ttl_s = 1;
   std::uint16_t by = known.subscribed_by;
-  // There is a connection only to who has the place.
+  // There is a connection only to the one that has the place.
   while (by != slots::Remote::none &&
          (subscriptions_[by].tcp || !fits(requirements_[subscriptions_[by].requirement], other))) {
     by = subscriptions_[by].next;
@@ -272,9 +272,9 @@ void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& 
   send_subscribe_to(other, subscriptions_[by], arrival.answer_due, ttl_s)->subscription = slots::Remote::none;
 }
 
-// Takes the answer of who was asked because it offers the same as somebody who has not answered. Its offer
-// was not kept, so it is asked for that, and gets the place with it. Its subscription ends, so that the next
-// one brings the initial events.
+// Takes the answer of a rival: it was asked because it offers the same as somebody who has not answered. Its
+// offer was not kept, so it is asked for that, and gets the place with it. Its subscription ends, so that the
+// next one brings the initial events.
 bool ServiceDiscovery::rival_answers(const Entry& entry, const Arrival& arrival) noexcept {
   const std::uint16_t host = mark_of(peers_[arrival.peer].endpoint.address, someip::value(entry.service));
   for (slots::Rival& rival : rivals_) {

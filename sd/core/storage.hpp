@@ -114,7 +114,7 @@ struct Requirement : SlotBase {
   std::uint32_t minor = 0;
   std::uint16_t configuration = ConfigurationPool::none;  // the name of what is not SOME/IP
   std::uint16_t told = all;                               // of the remote services, those before this index
-  // Of who has answered for such an instance, and is not there or not kept: who held it for the longest time.
+  // Of those that answered for such an instance and are not there or not kept, the one that held it longest.
   std::uint16_t holder = 0;  // a hash of its address and the instance; 0: nobody
   std::uint16_t held = 0;    // for how long; see rivals.cpp
   FindSchedule schedule;
@@ -255,7 +255,7 @@ struct Peer : SlotBase {
   std::uint8_t proofs : 3 = 0;   // by answers in time; less those that came at other times
   static constexpr std::uint8_t is_proven = 4;
   bool is_used = false;    // scratch of the search for one to forget
-  std::uint16_t held = 0;  // scratch of the search for who holds most
+  std::uint16_t held = 0;  // scratch of the search for the one that holds most
   // The last one. Where there are few places, nobody is asked.
   [[no_unique_address]] OneIfGuarded<Probe> probe{};
   TimePoint last_seen{};

@@ -695,7 +695,7 @@ void Provider::on_event(const SubscriberAdded& event) {
   log_subscriber(event, "subscribed to");
   if (const auto offer = find(event.offer); offer && offer->udp && event.subscriber.udp) {
     offer->udp->sender.meet(*event.subscriber.udp);
-    // It may soon ask for what only goes to who has shown to receive it.
+    // It may soon ask for what is only sent to hosts that have shown to receive it.
     if (std::ranges::any_of(offer->values, [&](const auto& one) {
           return one.value && one.value->size() > someip::max_plain_payload_bytes;
         })) {

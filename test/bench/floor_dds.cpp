@@ -227,7 +227,7 @@ void ping_dds(const Options& options) {
   figures.print();
 }
 
-/// `rate` samples a second on topic /clouds, to who reads it; what they hold is noise, of which compression
+/// `rate` samples a second on topic /clouds, to its readers; what they hold is noise, of which compression
 /// makes no less.
 void publish_dds(const Options& options) {
   auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(

@@ -233,7 +233,7 @@ def clouds(values):
 
 
 def chooser(values):
-    """Few rows, in words of who asks."""
+    """Few rows, in the words of those who ask."""
     def shown(show, name, *path):
         number = median(values, name, *path)
         return "" if number is None else show(number)

@@ -79,7 +79,7 @@ TEST_F(StrictTypes, SendNothingToReadersOfAnother) {
     ASSERT_TRUE(writer->wait_until_received(test::patience));
     EXPECT_EQ(right_inbox_.take().size() + silent_inbox_.take().size(), 2U);
     EXPECT_EQ(wrong_inbox_.size(), 0U);
-    ++rounds;  // and it is there: the name of who has left is not asked for
+    ++rounds;  // and it is there: the name of a reader that has left is not asked for
     ASSERT_TRUE(told_.wait([&](const auto& events) {
       return std::ranges::count(events, "/peer", &Happening::node) == rounds;
     })) << "by name, as soon as it is known";

@@ -27,7 +27,7 @@ struct ReplayTiming {
   Duration cyclic_offer_delay{};
 };
 
-/// Something received or decided, for who judges differences.
+/// Something received or decided, for judging differences.
 struct ReplayContext {
   std::vector<Duration> finds_received;
   std::vector<Duration> offers_received;

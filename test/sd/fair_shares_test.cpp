@@ -1,4 +1,4 @@
-// Full tables: who takes much makes room for who has little, who is silent for who speaks.
+// Full tables: those who take much make room for those who have little, the silent for those who speak.
 #include <gmock/gmock.h>
 
 #include "sd/wire/message.hpp"
@@ -103,7 +103,7 @@ TEST_F(FairShares, LetANewcomerInWhereOneHostHasTakenAllPlaces) {
               ElementsAre(AllOf(HasSubstr("removed"), HasSubstr("10.0.0.2"), HasSubstr("displaced")),
                           AllOf(HasSubstr("added"), HasSubstr("10.0.0.3"))));
   EXPECT_EQ(machine.discovery.counters().displaced, 1U);
-  // The greedy one does not get the place back from who has less.
+  // The greedy one does not get the place back from one that has less.
   subscribe_often(greedy, 1, 6);
   EXPECT_THAT(machine.events(), IsEmpty());
   EXPECT_EQ(reached(machine, Limit::subscribers), 1U);

@@ -122,7 +122,7 @@ TEST_P(ClientInAFlood, FindsTheServerByItsSecondOfferWhenItAnswersNoFinds) {
   EXPECT_LE(*taken - begin, 1100ms);
 }
 
-// But for some more to who has the place: 20 a second at most.
+// But for some more to the one that has the place: 20 a second at most.
 TEST_P(ClientInAFlood, SendsNoMoreThanItHears) {
   sent = 0;
   attack(2s, GetParam(), false);
@@ -281,7 +281,7 @@ TEST_F(ClientBesideSome, ForgetsTheFirstOfMoreThanItRemembers) {
   EXPECT_EQ(machine.discovery.counters().ignored_unexpected_ack, 1U);
 }
 
-// A connection is one to who has the place.
+// A connection is one to the server that has the place.
 TEST_F(ClientOfTheFirstAnswer, AsksNobodyElseByTcp) {
   require(required);
   subscribe_to({.eventgroup = EventgroupId{1}, .tcp = own_tcp});
@@ -304,7 +304,7 @@ TEST_F(ClientOfTheFirstAnswer, AsksNobodyWhoDoesNotFit) {
   EXPECT_THAT(machine.run_to(300ms), Each(Not(HasSubstr("-> 10.0.0.2"))));
 }
 
-// Any version will do. The subscriptions go to who has answered, all of them.
+// Any version will do. All subscriptions go to the server that has answered.
 TEST_F(ClientOfTheFirstAnswer, TakesAnotherVersion) {
   RequiredService any_version = required;
   any_version.major = any_major;
@@ -342,7 +342,7 @@ TEST_F(ClientOfTheFirstAnswer, AsksOnlySoOftenASecond) {
     sent += slow.run_to(slow.now - start + 1ms).size();
   }
   sent += slow.run_to(slow.now - start + 10ms).size();
-  EXPECT_LE(sent, 100U + 10U + 20U) << "100 in a row, 10 a second, and some to who has the place";
+  EXPECT_LE(sent, 100U + 10U + 20U) << "100 in a row, 10 a second, and some to the one that has the place";
   EXPECT_GE(sent, 100U);
   EXPECT_GT(slow.discovery.counters().ignored_too_many, 800U);
 }

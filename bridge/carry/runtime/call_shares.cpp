@@ -10,7 +10,7 @@ CallShares::Caller* CallShares::find(const CallerKey& caller) {
   return found == callers_.end() ? nullptr : &*found;
 }
 
-// In place of who has been silent for the longest, and has nothing waiting; null when all have.
+// In place of the one that has been silent for the longest, and has nothing waiting; null when all have.
 CallShares::Caller* CallShares::add(const CallerKey& caller) {
   if (callers_.size() < most_callers) {
     return &callers_.emplace_back(Caller{caller});

@@ -119,7 +119,7 @@ class DiscoveredRoutes {
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
 
   const RouteContext& context_;
-  RouteContext own_;  ///< of these routes: this object sees to who comes and goes
+  RouteContext own_;  ///< of these routes: this object watches who comes and goes
   Routes& routes_;    ///< of the bridge
   const BridgeConfig config_;
   messages::TypeLibrary types_;

@@ -350,7 +350,7 @@ class EventToTopic final : public RunningRoute {
   const BridgeMark mark_;
   Returns returns_;
   std::vector<IpAddress> told_returns_;
-  SuspectedLoop loop_;  ///< closed by who reads the topic and does not say that he is a bridge
+  SuspectedLoop loop_;  ///< closed by a reader of the topic that does not say that it is a bridge
   std::unique_ptr<DdsWriter> writer_;
   dds::WriterCounters past_writers_;
   std::optional<sd::RequirementId> requirement_;  ///< to write while the service is offered

@@ -61,7 +61,7 @@ class LoopSuspects {
 
   const std::string topic_;
   const bool writers_;
-  // Of who matches; shared, as an endpoint may end later than this.
+  // Of those that match; shared, as an endpoint may end later than this.
   const std::shared_ptr<std::atomic<std::uint64_t>> changes_ =
       std::make_shared<std::atomic<std::uint64_t>>(0);
   std::uint64_t seen_ = 0;

@@ -452,8 +452,8 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
       ++no_subscriber_;
       return;
     }
-    // Where too many are lent out to who does not take them, what has to wait of this one is copied, to
-    // memory that has a bound of its own: NodeConfig::max_queued_bytes.
+    // If too many are lent out to slow subscribers, what has to wait of this one is copied, to memory that
+    // has a bound of its own: NodeConfig::max_queued_bytes.
     const bool lend = jobs_ - idle_jobs_.size() < max_lent_;
     const auto job = take_job();
     job->sample = std::move(sample);

@@ -125,7 +125,7 @@ void wrong_data_id(Trial& t, Talk& talk) {
 void repeated(Trial& t, Talk& talk) {
   talk.good_answer();
   // The check of a profile tells that the counter is repeated. What becomes of the data then, the standard
-  // leaves to who asked for the check; even its state machine stays in VALID.
+  // leaves to the caller of the check; even its state machine stays in VALID.
   for (const SeenMessage& seen : t.answers_once_passed(talk.repeated())) {
     if (seen.message.header.type == someip::MessageType::response &&
         seen.message.header.return_code == someip::ReturnCode::ok) {

@@ -38,7 +38,7 @@ class RosReading {
 
   Reading read(std::span<const RosInterface> interfaces) {
     for (const RosInterface& one : interfaces) {
-      told_.insert(one.place);  // by who has its text
+      told_.insert(one.place);  // by the reader that has its text
     }
     for (const RosInterface& one : interfaces) {
       add(one);

@@ -125,7 +125,7 @@ class Compiler {
   void gather() {
     for (const MapRule& rule : mapping_.rules) {
       const bool says_nothing = rule.payload.text.empty() && !rule.value && !rule.is_received;
-      if (says_nothing || (rule.only && *rule.only != direction_)) {  // the first is told of by who reads it
+      if (says_nothing || (rule.only && *rule.only != direction_)) {  // the first is told when it is read
         continue;
       }
       Assignment one;

@@ -30,7 +30,7 @@ tl::expected<std::string, TypeError> read_file(const fs::path& path) {
   std::ostringstream stream;
   stream << in.rdbuf();
   std::string text = stream.str();
-  // Without a warning, which encoding_warnings() makes for who can tell it.
+  // Without a warning: encoding_warnings() makes it for callers that can tell it.
   std::ignore = documents::make_utf8(text);
   return text;
 }

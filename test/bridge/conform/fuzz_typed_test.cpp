@@ -52,8 +52,8 @@ TEST(Described, KnowsMethodsFieldsEventsAndEventgroups) {
   EXPECT_FALSE(add_described(other, system.model));
 }
 
-/// What was made of each payload's type is mostly right for who knows the type, and always where it is right
-/// the shape says the same.
+/// What was made of each payload's type is mostly right by that type, and wherever it is right, the
+/// shape says the same.
 void expect_the_same_bytes(const describe::System& system) {
   const describe::Interfaces interfaces{system};
   fuzz::Random random{1};

@@ -31,7 +31,7 @@ class SmallDevice {
  public:
   enum class Way : std::uint8_t {
     answers,   ///< to everything
-    repeats,   ///< answers, and sends it to who asked last again and again
+    repeats,   ///< answers, and sends it again and again to the client that asked last
     to_group,  ///< answers nothing, but repeats it to everybody
     answers_to_group,
     answers_each_third,

@@ -1,5 +1,6 @@
 // What Trestle takes from the heap for each message on its way through two bridges, apart from Fast DDS: all
-// of this program and of the libraries that it uses is counted, by who asked. docs/performance.md tells.
+// of this program and of the libraries that it uses is counted, library by library. docs/performance.md
+// tells.
 #include <atomic>
 #include <chrono>
 

@@ -204,7 +204,7 @@ class SomeIpCopies : public TwoNodes, public testing::WithParamInterface<Transpo
   }
 };
 
-// Together with the above: all of them are made by who receives.
+// Together with the above: all of them are made by the receiver.
 TEST_P(SomeIpCopies, OfAnEventAreOneByTheReceiverAtMost) {
   std::size_t arrived = 0;
   client.subscribe(
@@ -305,7 +305,7 @@ class MethodCopies : public ServicesEndToEnd, public testing::WithParamInterface
   }
 
   [[nodiscard]] static bool is_tcp() { return GetParam() == Transport::tcp; }
-  /// By who receives SOME/IP.
+  /// By the receiver of SOME/IP.
   [[nodiscard]] static std::size_t received() { return is_tcp() ? 0 : 1; }
   /// Of an array of that many bytes.
   static Bytes cdr(std::size_t size) { return message(hex("00010000"), size, std::endian::little); }

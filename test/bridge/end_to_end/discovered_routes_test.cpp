@@ -342,7 +342,7 @@ TEST_F(DiscoveredRoutes, AskForNoMoreThanThePublishersOffer) {
   auto sensor = writer("/s/a", string_type, best_effort);
   auto map = writer("/s/b", string_type, latched);
   ASSERT_TRUE(until([&] { return sensor.matched() == 1 && map.matched() == 1; }));
-  // What was latched before anybody subscribed is told to who subscribes.
+  // What was latched before anybody subscribed is told to the one that subscribes.
   ASSERT_TRUE(map.write(hello_cdr));
   ASSERT_TRUE(until([&] { return bridge_->counter("route /s/b", "kept") == 1; }));
   std::vector<std::vector<std::byte>> received;

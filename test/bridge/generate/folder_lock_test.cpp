@@ -15,7 +15,7 @@ using testing::EndsWith;
 class FolderLocks : public testing::Test {
  protected:
   ~FolderLocks() override { fs::remove_all(folder_); }
-  /// Of who does not wait; empty: it has got the folder.
+  /// Of one that does not wait; empty: it has got the folder.
   static std::string fault(const fs::path& folder) {
     try {
       const FolderLock lock{folder, 0s};

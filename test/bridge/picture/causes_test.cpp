@@ -369,7 +369,7 @@ TEST(Causes, NoReader) {
   unread.dds.matched = 0;
   EXPECT_EQ(said(unread), "no_reader: 12 messages came, but nobody reads the topic");
   unread.dds.qos.transient_local = true;
-  EXPECT_EQ(said(unread), "none: nothing is amiss") << "it is kept for who comes late";
+  EXPECT_EQ(said(unread), "none: nothing is amiss") << "it is kept for readers that come late";
   unread.dds.qos.transient_local = false;
   unread.last_carried_ns = unread.last_ns - second_ns;
   unread.carried = 11;

@@ -184,7 +184,7 @@ def unexpected_acks(world):
     world.figures.append(at_least("still subscribed", _subscribed(client), 1000))
 
 
-@scenario("1000-unmeant-stops", 11, "1,000 datagrams/s with 85 StopSubscribes of who has not subscribed, beside 1,000 routes")
+@scenario("1000-unmeant-stops", 11, "1,000 datagrams/s with 85 StopSubscribes of a host that has not subscribed, beside 1,000 routes")
 def unmeant_stops(world):
     server, client = _both(world)
     _judge_time(world, server, say_what_means_nothing, 1000, ADDRESS["car"], 0, unmeant_stop)

@@ -104,7 +104,7 @@ def half_events_as_honest(rate):
                                              client=1 + i % 300), (CAR, 45001))
 
 
-@scenario("half-events-forged", 5, "half-finished events in the name of who offers them, at the port where clouds come in")
+@scenario("half-events-forged", 5, "half-finished events in the name of the server that offers them, at the port where clouds come in")
 def half_events_forged(world):
     world.honest("clouds_in", "events_in", late=True)
     world.beside(half_events_as_honest, 100, newcomer=LATE, late=8.0)

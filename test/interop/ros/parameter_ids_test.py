@@ -54,7 +54,7 @@ class ParameterIds(unittest.TestCase):
         for field in "ip.src", "rtps.sm.wrEntityId", "rtps.param.id":
             command += ["-e", field]
         lines = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True, text=True).stdout
-        sent = {}  # the ids, by who sent them and by which writer
+        sent = {}  # the ids, by sender and writer
         for line in lines.splitlines():
             source, writers, ids = line.split("\t")
             of_writer = sent.setdefault((source, frozenset(writers.split(","))), set())

@@ -135,7 +135,7 @@ void VsomeipTest::start_node(const sd::NodeConfig& config) {
   node = std::make_unique<Node>(io, config, [this](const std::string& line) { log += line + "\n"; });
 }
 
-/// What discovery received, for who looks into a failure.
+/// What discovery received, for those who look into a failure.
 std::string VsomeipTest::described_counters() const {
   if (!node) {
     return "";

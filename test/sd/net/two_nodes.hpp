@@ -29,7 +29,7 @@ inline sd::NodeConfig quick(const IpAddress& address) {
                      .ttl_s = 600}};
 }
 
-/// As quick(), but an offer is multicast once, and later comes to who asks. A client that has two multicast
+/// As quick(), but an offer is multicast once, and later sent when asked for. A client that has two multicast
 /// offers before an answer, as where the machine stalls between them, subscribes anew, and by that gets
 /// initial events once more.
 inline sd::NodeConfig calm(const IpAddress& address) {

@@ -42,7 +42,7 @@ TEST(TcpPlaces, AmongEqualsOneThatWasSilent) {
   EXPECT_EQ(gives_way(places, 0, {4}), 2) << "then the one that spoke the longest ago";
   EXPECT_EQ(gives_way(places, 0, {2, 3, 4}), 0) << "those in use stay";
   EXPECT_EQ(gives_way(places, 1, {4}), 0) << "who has one takes it from nobody who spoke";
-  EXPECT_EQ(gives_way(places, 1), 4) << "but from who never did";
+  EXPECT_EQ(gives_way(places, 1), 4) << "but from one that never did";
   EXPECT_EQ(gives_way({}, 0), 0);
 }
 

@@ -74,7 +74,7 @@ void tell_of_names(const Model& model, const Lowered& lowered, const std::vector
       }
     }
   }
-  // A message that is the whole payload is called `data` by who reads the file.
+  // A message that is the whole payload is called `data` by readers of the file.
   for (const LoweredMember& member : lowered.members) {
     const Service& service = model.services[member.service];
     const auto found = services.find(full_name(service.scope, service.name));

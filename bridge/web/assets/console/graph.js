@@ -38,7 +38,7 @@ function shape(routes, picture) {
     if (!nodes.host.has(offer.host)) nodes.host.set(offer.host, {});
     edges.push({from: ["host", offer.host], to: ["service", service], about: "offers it"});
   }
-  // Of who subscribes to ours only the number is known; so it is sure where a single host does.
+  // Of the subscribers to ours only the number is known; so it is sure where a single host subscribes.
   const subscribed = picture.someip.hosts.filter((host) => host.subscribed > 0);
   for (const [service, node] of nodes.service) {
     if (!node.own || !node.routes.some((route) => route.someip.subscribers > 0)) continue;

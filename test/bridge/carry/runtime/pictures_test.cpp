@@ -171,7 +171,7 @@ TEST_F(Pictures, OfALatchedTopicThatNobodySubscribesToYet) {
   start();
   publish(hello_cdr);
   work();
-  EXPECT_EQ(picture().carried, 1U) << "it is kept for who comes later";
+  EXPECT_EQ(picture().carried, 1U) << "it is kept for readers that come later";
   EXPECT_EQ(cause(), "none");
 }
 

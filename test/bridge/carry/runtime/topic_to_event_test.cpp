@@ -119,7 +119,7 @@ TEST_F(TopicToEventTest, LendsAsManyAsAreBoundedAndCopiesTheRest) {
     work();
   }
   EXPECT_EQ(count("carried"), 20U);
-  EXPECT_EQ(std::ranges::count(someip_.holds, nullptr), 11) << "the depth, and 8 for who is slow, are lent";
+  EXPECT_EQ(std::ranges::count(someip_.holds, nullptr), 11) << "the depth, and 8 for slow ones, are lent";
   EXPECT_EQ(count("copied"), 11U);
   someip_.holds.clear();
   publish(hello_cdr);

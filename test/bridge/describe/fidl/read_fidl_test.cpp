@@ -106,7 +106,7 @@ TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
   EXPECT_EQ(only_value(reading).wire.length, someip::FieldWidth::bits32);
 }
 
-// Arrays, structs and others have such keys for who uses them, and strings have none.
+// Arrays, structs and others have such keys for their users, and strings have none.
 TEST(ReadFidl, LeavesOutKeysOfUsersThatCommonApiDoesNotHave) {
   const Reading reading = deployed(
       "attribute String s", "attribute s { SomeIpNotifierID = 0x8001 SomeIpAttrStringLengthWidth = 2 }");
