@@ -136,6 +136,22 @@ class Stage(unittest.TestCase):
 class Run(unittest.TestCase):
     """./run, as far as nothing is built."""
 
+    def copy(self):
+        """Of ./run alone, where all packages are installed, and cmake notes its arguments in `built`."""
+        root = WORK / "run"
+        shutil.rmtree(root, ignore_errors=True)
+        (root / "tools").mkdir(parents=True)
+        shutil.copy(SOURCE / "run", root)
+        self.write(root / "tools/dpkg-query", "echo installed")
+        self.write(root / "tools/cmake", f'echo "$@" >>{root}/built')
+        (root / "built").write_text("")
+        return root, {**os.environ, "PATH": f"{root}/tools:{os.environ['PATH']}"}
+
+    def write(self, tool, does):
+        tool.parent.mkdir(parents=True, exist_ok=True)
+        tool.write_text(f"#!/bin/sh\n{does}\n")
+        tool.chmod(0o755)
+
     def test_says_where_it_installs(self):
         self.assertRegex(good(SOURCE / "run", "install", "--help"), r"in DIR, else in ~/\.local, or in /usr/local as root")
 
@@ -150,27 +166,46 @@ class Run(unittest.TestCase):
         self.assertIn("nothing can be written to /proc/trestle", refused.stdout)
 
     def test_builds_the_device_for_the_commands_that_start_it(self):
-        # A copy, where all packages are installed and a build leaves what it was asked for.
-        root = WORK / "run"
-        shutil.rmtree(root, ignore_errors=True)
-        program = root / "build/program/bridge/trestle"
-        program.parent.mkdir(parents=True)
-        shutil.copy(SOURCE / "run", root)
-        tools = root / "tools"
-        tools.mkdir()
-        for tool, does in ((tools / "dpkg-query", "echo installed"), (tools / "cmake", f'echo "$@" >>{root}/built'),
-                           (program, 'echo "ran $*"')):
-            tool.write_text(f"#!/bin/sh\n{does}\n")
-            tool.chmod(0o755)
+        root, environment = self.copy()
+        self.write(root / "build/program/bridge/trestle", 'echo "ran $*"')
         for command, builds in (("conform", True), ("fuzz", True), ("find", False)):
             with self.subTest(command):
                 (root / "built").write_text("")
-                told = good(root / "run", "trestle", command, "x",
-                            env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"})
+                told = good(root / "run", "trestle", command, "x", env=environment)
                 self.assertIn(f"ran {command} x", told)
                 built = (root / "built").read_text()
                 self.assertIn("--target trestle", built)
                 self.assertEqual("--target ets_device" in built, builds)
+
+    def test_builds_then_installs_where_it_is_told(self):
+        root, environment = self.copy()
+        for arguments in (["--prefix", root / "there"], ["--prefix=there"]):
+            with self.subTest(arguments):
+                (root / "built").write_text("")
+                told = good(root / "run", "install", *arguments, env=environment, cwd=root)
+                configures, builds, installs = (root / "built").read_text().splitlines()
+                self.assertEqual(configures, "--preset program")
+                self.assertRegex(builds, r"^--build build/program --parallel \d+$")
+                self.assertEqual(installs, f"--install build/program --prefix {root}/there")
+                self.assertIn(f"the program is {root}/there/bin/trestle", told)
+                self.assertTrue((root / "there").is_dir())
+
+    def test_installs_nothing_that_is_not_built(self):
+        root, environment = self.copy()
+        self.write(root / "tools/cmake", f'echo "$@" >>{root}/built; [ "$1" != --build ]')
+        refused = run(root / "run", "install", "--prefix", root / "there", env=environment)
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("Building program failed", refused.stdout)
+        self.assertNotIn("--install", (root / "built").read_text())
+
+    def test_explains_the_bench_before_it_builds(self):
+        root, environment = self.copy()
+        shutil.copytree(SOURCE / "test/bench", root / "test/bench")
+        for arguments, says in ((["--help"], "--quick"), (["--check", "-h"], "--quick"),
+                                (["--micro", "--help"], "--benchmark_filter=REGEX")):
+            with self.subTest(arguments):
+                self.assertIn(says, good(root / "run", "bench", *arguments, env=environment))
+        self.assertEqual((root / "built").read_text(), "")
 
     def test_stages_are_explained_as_they_are_called(self):
         for words in (["test", "hostile"], ["mutation"]):
