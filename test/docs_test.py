@@ -13,6 +13,7 @@ Usage: docs_test.py SOURCE_FOLDER
 - A command of `trestle` or `./run` that a page shows is one, and its long options stand in the program's sources.
 - docs/troubleshooting.md has each cause of docs/status.md, and docs/choosing.md and the README no figure that neither
   docs/performance.md nor docs/hostile.md has. "N times" is the ratio of the rows that it is about.
+- Pages and sources do not say "for", "to", "of", "by", "with" or "from" with a bare "who" behind it, but whom they mean.
 - The table of docs/cli.md has the commands of bridge/program/main.cpp in the order of its help, and docs/architecture.md names the room of each.
 """
 import hashlib
@@ -267,7 +268,17 @@ def bad_ratios(page, line, said, performance):
         yield f"{page}: {' to '.join(said)} times, where docs/performance.md has {', '.join(ratios) or 'no such row'}"
 
 
+def bare_who(root):
+    suffixes = (".md", ".hpp", ".cpp", ".h", ".c", ".py", ".js")
+    for file in sorted([*root.glob("*.md"), *(file for top in TOPS for file in (root / top).rglob("*"))]):
+        if file.suffix in suffixes:
+            text = read(file)
+            for found in re.finditer(r"\b(?:for|to|of|by|with|from)(?: |\n[ /*#]*)who\b(?!,)", text, re.IGNORECASE):
+                yield f"{file.relative_to(root)}:{text.count(chr(10), 0, found.start()) + 1}: say whom you mean: \"{found[0]}\""
+
+
 def faults(root):
+    yield from bare_who(root)
     yield from bad_links(root)
     yield from bad_paths(root)
     yield from bad_drawing(root)
@@ -286,7 +297,7 @@ def finds_wrong_ones():
         root = pathlib.Path(folder)
         (root / "docs/internals").mkdir(parents=True)
         (root / "sd").mkdir()
-        (root / "sd/here.cpp").write_text("void there() {}\n")
+        (root / "sd/here.cpp").write_text("void there() {}  // kept for\n// who needs it\n")
         (root / "bridge/program").mkdir(parents=True)
         (root / "bridge/program/main.cpp").write_text(
             '#include "sd/here.hpp"\nint main() { add_known_command(app); add_also_command(app); add_new_command(app); }\n')
@@ -316,8 +327,8 @@ def finds_wrong_ones():
         # A heading, a file, a function, a path and a drawing; an arrow too many and one too few; a room without a box and
         # without a place on two pages; a command that is not in the table, one that is not in the program, one without a
         # room, and two in another order than in the program; four pages without a row; three commands that there are not; a
-        # cause; a figure, the first one of a range, a ratio of another row, and one of which nobody knows the row.
-        return len(list(faults(root))) == 27
+        # cause; a comment that does not say whom it means; a figure, the first one of a range, a ratio of another row, and one of which nobody knows the row.
+        return len(list(faults(root))) == 28
 
 
 def main():
