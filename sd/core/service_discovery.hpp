@@ -673,8 +673,8 @@ class ServiceDiscovery {
                                 const Arrival& arrival) noexcept;
   [[nodiscard]] bool gives_way_to(slots::Remote& other, slots::Remote& known,
                                   const Arrival& arrival) noexcept;
-  void ask_too(const slots::Remote& other, const slots::Remote& known, slots::Rival* rival,
-               const Arrival& arrival) noexcept;
+  void ask_too(const slots::Remote& other, std::uint16_t host, const slots::Remote& known,
+               slots::Rival* rival, const Arrival& arrival) noexcept;
   [[nodiscard]] bool rival_answers(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] bool is_open(const slots::Rival& rival) const noexcept;
   [[nodiscard]] slots::Rival& place_for_rival() noexcept;
