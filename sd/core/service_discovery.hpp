@@ -377,9 +377,9 @@ class ServiceDiscovery {
   /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
   /// [feat_req_someipsd_428] [feat_req_someipsd_431]
   /// @return its handle, or
-  ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
-  ///         or
-  ///                       of another IP version than ours;
+  ///         bad_argument  no instance, TTL 0, an endpoint with port 0, with a multicast or
+  ///                       unspecified address, or with an address of another IP version
+  ///                       than ours;
   ///         unknown_handle, table_full (also: 16 subscriptions to one eventgroup).
   [[nodiscard]] Result<SubscriptionHandle, SdError> subscribe(RequirementHandle requirement,
                                                               const EventgroupRequest& request,
