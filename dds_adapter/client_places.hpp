@@ -11,8 +11,8 @@
 namespace trestle::dds::detail {
 
 /// What waits for clients of a service, in the order in which it came, at most so much. The participants that
-/// the clients belong to share the places: when all are taken, the latest of who has most of them gives way
-/// to a participant that has less than its share.
+/// the clients belong to share the places: when all are taken, the latest of the one that has the most gives
+/// way to a participant that has less than its share.
 template <typename T>
 class ClientPlaces {
  public:

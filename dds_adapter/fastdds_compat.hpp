@@ -366,7 +366,8 @@ inline void use_discovery_servers(const std::vector<DiscoveryServer>& servers, D
 
 /// From now on each reader is sent a copy that names it. One copy for several readers names none, and a
 /// reader that is refused (match_guard.cpp) would accept it if it shares a participant with one of them. With
-/// 3.x the writers of who refuses do so from the beginning (match_guard.cpp); in between there is no way.
+/// 3.x, all writers of a participant that may refuse readers do so from the beginning (match_guard.cpp); in
+/// between there is no way.
 inline void send_to_each_reader_alone([[maybe_unused]] const DataWriter& writer) {
 #if TRESTLE_FASTDDS_VERSION < 21000
   rtps::RTPSWriter* const inner = rtps::RTPSDomainImpl::find_local_writer(writer.guid());

@@ -8,8 +8,8 @@
 
 namespace trestle::console {
 
-/// A text that is made when somebody asks for it, and shared by who asks soon after. Making it takes at most
-/// a twentieth of the time, however often it is asked for.
+/// A text that is made when somebody asks for it, and shared by all who ask soon after. Making it takes at
+/// most a twentieth of the time, however often it is asked for.
 class FreshText {
  public:
   static constexpr std::chrono::milliseconds least{100};

@@ -44,7 +44,7 @@ struct Lowered {
   messages::WordsOfTypes words{};
   /// What people wrote, by the same names as `sources`.
   std::map<std::string, Notes, std::less<>> notes{};
-  /// Enumerations whose enumerators have other names as constants: for who has the `.msg` files alone.
+  /// Enumerations whose enumerators have other names as constants: for readers of the `.msg` files.
   std::vector<NotCarried> renamed{};
   /// What could not be expressed. Members without a form in ROS are named here, and not in `members`.
   std::vector<NotCarried> not_carried{};

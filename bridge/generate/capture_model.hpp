@@ -79,7 +79,7 @@ class CaptureModel : public traffic::MessageSink {
   using Subscribed =
       std::map<std::tuple<someip::ServiceId, Transport, Endpoint>, std::set<someip::EventgroupId>>;
   [[nodiscard]] Subscribed subscribed() const;
-  /// Those whose subscribers got an event. Who has two subscriptions at one endpoint tells nothing.
+  /// Those whose subscribers got an event. One with two subscriptions at one endpoint tells nothing.
   static std::vector<someip::EventgroupId> eventgroups_of(someip::ServiceId service, const Seen& event,
                                                           const Subscribed& subscribed);
 

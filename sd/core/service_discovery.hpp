@@ -252,7 +252,7 @@ class ServiceDiscovery {
 
   /// This host is a gateway: what it offers comes from another network, which is known by this multicast
   /// endpoint. From now on our messages with offers tell that, by a multicast option that no entry
-  /// references: who does not know it passes over it. A service that appears in such a message of another
+  /// references: hosts that do not know it ignore it. A service that appears in such a message of another
   /// host, which is a gateway to the same network, is withheld: it is as if it were not offered, until
   /// admit(). So nothing that comes from that network goes back there before it is known there whether the
   /// two hosts have the same. Without effect in a build for size.

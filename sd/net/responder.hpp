@@ -26,7 +26,7 @@ class AnswerTaker {
   ~AnswerTaker() = default;
 };
 
-/// The way back to who sent a request.
+/// The way back to the sender of a request.
 struct ReplyPath {
   Endpoint to{};
   // The port that the request came to; none: there is no answer.

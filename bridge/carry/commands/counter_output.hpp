@@ -6,7 +6,7 @@
 
 namespace trestle::carry {
 
-/// Standard output, for the counters of a running bridge, which must not wait for who reads them: what is not
+/// Standard output, for the counters of a running bridge, which must not wait for their reader: what is not
 /// taken at once follows as it is read.
 class CounterOutput {
  public:

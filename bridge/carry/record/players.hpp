@@ -53,7 +53,7 @@ using Remaps = std::vector<std::pair<std::string, std::string>>;
                                                      const dds::ParticipantConfig& participant,
                                                      BridgeConfig& config, const Remaps& remaps);
 
-/// Offers the services of a recording, and sends its events to who subscribes. Calls are not replayed.
+/// Offers the services of a recording, and sends its events to subscribers. Calls are not replayed.
 /// @param source      is read to its end once, for what there is, and then begins again.
 /// @param interfaces  null: eventgroups are those that somebody subscribed to in the recording.
 /// @param note        told of each service, and of what cannot be sent.

@@ -22,8 +22,8 @@ class CalmUpdates {
 
   /// Something has happened.
   void look_soon();
-  /// Looks now, if that was due to be done soon and no pause holds it back: for who can't wait for the
-  /// handler.
+  /// Looks now, if that was due to be done soon and no pause holds it back: for a caller that cannot wait
+  /// for the handler.
   void look_if_due();
 
  private:
