@@ -68,9 +68,8 @@ struct Element {
   const Place* place;
 };
 
-/// What is called, or what is sent: each has ids of its own.
 struct Channel {
-  std::vector<Element> (*elements)(Service& service);
+  IdSort sort;
   IdsByName LockedIds::*locked;
   IdRange range;
   const char* what;
@@ -98,8 +97,8 @@ class Allocation {
       const std::string name = full_name(service.scope, service.name);
       LockedIds& locked = lock_.services[name];
       eventgroups(service);
-      for (const Channel& channel : {Channel{methods_of, &LockedIds::methods, {0x0001, 0x7ffe}, "method"},
-                                     Channel{events_of, &LockedIds::events, {0x8001, 0xfffe}, "event"}}) {
+      for (const Channel& channel : {Channel{IdSort::called, &LockedIds::methods, {0x0001, 0x7ffe}, "method"},
+                                     Channel{IdSort::sent, &LockedIds::events, {0x8001, 0xfffe}, "event"}}) {
         inherit(service, locked, channel);
         members(service, locked, channel);
       }
@@ -192,7 +191,7 @@ class Allocation {
     if (base == nullptr) {
       return;
     }
-    const std::vector<Element> own = channel.elements(service);
+    const std::vector<Element> own = elements_of(service, channel.sort);
     std::map<someip::MethodId, std::string> given;
     for (const auto& [name, id] : locked.*channel.locked) {
       given.emplace(someip::MethodId{id}, name);
@@ -203,7 +202,7 @@ class Allocation {
       }
     }
     std::map<std::string, someip::MethodId, std::less<>> known;
-    for (const Element& element : channel.elements(*base)) {
+    for (const Element& element : elements_of(*base, channel.sort)) {
       if (*element.id) {
         known.emplace(element.name, **element.id);
       }
@@ -228,26 +227,18 @@ class Allocation {
     }
   }
 
-  static auto adding_to(std::vector<Element>& all) {
-    return [&all](const std::string& member, std::string_view part, std::optional<someip::MethodId>& id,
-                  const Place& place, const Place&) {
-      all.push_back({part.empty() ? member : fmt::format("{}/{}", member, part), &id, &place});
-    };
-  }
-
-  static std::vector<Element> methods_of(Service& service) {
+  static std::vector<Element> elements_of(Service& service, IdSort sort) {
     std::vector<Element> all;
-    each_called_id(service, adding_to(all));
-    return all;
-  }
-  static std::vector<Element> events_of(Service& service) {
-    std::vector<Element> all;
-    each_sent_id(service, adding_to(all));
+    each_id(service, sort,
+            [&all](const std::string& member, std::string_view part, std::optional<someip::MethodId>& id,
+                   const Place& place, const Place&) {
+              all.push_back({part.empty() ? member : fmt::format("{}/{}", member, part), &id, &place});
+            });
     return all;
   }
   void members(Service& service, LockedIds& lock, const Channel& channel) {
     IdsByName& locked = lock.*channel.locked;
-    const std::vector<Element> elements = channel.elements(service);
+    const std::vector<Element> elements = elements_of(service, channel.sort);
     Numbers numbers{channel.range.first, channel.range.last};
     std::map<std::uint16_t, std::string> given;
     bool is_complete = true;
@@ -266,7 +257,7 @@ class Allocation {
       numbers.take(id);
     }
     if (Service* const base = base_of(service)) {
-      for (const Element& element : channel.elements(*base)) {
+      for (const Element& element : elements_of(*base, channel.sort)) {
         if (*element.id) {
           numbers.take(someip::value(**element.id));
         }
@@ -329,7 +320,7 @@ class Allocation {
         }
         open.push_back(heir);
         if (const auto in_model = by_name_.find(heir); in_model != by_name_.end()) {
-          for (const Element& element : channel.elements(*in_model->second)) {
+          for (const Element& element : elements_of(*in_model->second, channel.sort)) {
             if (*element.id) {
               names[someip::value(**element.id)].insert(element.name);
             }
@@ -521,13 +512,13 @@ void read_ids(const YAML::Node& node, const char* name, documents::Problems& pro
 }
 
 void tell_reserved(const std::string& service, const LockedPlaces& places, documents::Problems& problems) {
-  for (const auto& [of, are_events] :
-       {std::pair{&LockedPlaces::methods, false}, std::pair{&LockedPlaces::events, true}}) {
+  for (const auto& [of, sort] :
+       {std::pair{&LockedPlaces::methods, IdSort::called}, std::pair{&LockedPlaces::events, IdSort::sent}}) {
     std::vector<IdUse> uses;
     for (const auto& [id, place] : places.*of) {
       uses.push_back({place.name, someip::MethodId{id}, {0, place.mark}});
     }
-    tell_reserved_members(service, uses, are_events, problems);
+    tell_reserved_members(service, uses, sort, problems);
   }
 }
 

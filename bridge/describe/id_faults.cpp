@@ -6,39 +6,25 @@
 #include <optional>
 
 #include "bridge/describe/join.hpp"
-#include "bridge/describe/member_ids.hpp"
 
 namespace trestle::describe {
 
-namespace {
-
-auto adding_to(std::vector<IdUse>& uses) {
-  return [&uses](const std::string& member, std::string_view part, const std::optional<someip::MethodId>& id,
-                 const Place& place, const Place& of_id) {
-    if (id) {
-      uses.push_back(
-          {part.empty() ? member : fmt::format("{} ({})", member, part), *id, place_of_id(of_id, place)});
-    }
-  };
-}
-
-}  // namespace
-
-IdFaults::Uses IdFaults::called(const Service& service) {
+IdFaults::Uses IdFaults::uses_of(const Service& service, IdSort sort) {
   Uses uses;
-  each_called_id(service, adding_to(uses));
-  return uses;
-}
-
-IdFaults::Uses IdFaults::sent(const Service& service) {
-  Uses uses;
-  each_sent_id(service, adding_to(uses));
+  each_id(service, sort,
+          [&uses](const std::string& member, std::string_view part, const std::optional<someip::MethodId>& id,
+                  const Place& place, const Place& of_id) {
+            if (id) {
+              uses.push_back({part.empty() ? member : fmt::format("{} ({})", member, part), *id,
+                              place_of_id(of_id, place)});
+            }
+          });
   return uses;
 }
 
 void IdFaults::tell_same(const Service& service) {
-  tell_same(service, called(service));
-  tell_same(service, sent(service));
+  tell_same(service, uses_of(service, IdSort::called));
+  tell_same(service, uses_of(service, IdSort::sent));
 }
 
 void IdFaults::tell_same(const Service& service, const Uses& uses) {
@@ -67,8 +53,9 @@ void IdFaults::tell_reserved(const Service& service) {
                       group.id == someip::EventgroupId{0} ? "reserved" : "that of all eventgroups"));
     }
   }
-  tell_reserved_members(service.name, called(service), false, problems_);
-  tell_reserved_members(service.name, sent(service), true, problems_);
+  for (const IdSort sort : {IdSort::called, IdSort::sent}) {
+    tell_reserved_members(service.name, uses_of(service, sort), sort, problems_);
+  }
 }
 
 void tell_reserved_service(std::string_view service, someip::ServiceId id, const Place& place,
@@ -88,8 +75,9 @@ void tell_reserved_service(std::string_view service, someip::ServiceId id, const
   }
 }
 
-void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, bool are_events,
+void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, IdSort sort,
                            documents::Problems& problems) {
+  const bool are_events = sort == IdSort::sent;
   const IdUse* misplaced = nullptr;
   std::size_t others = 0;
   for (const IdUse& use : uses) {

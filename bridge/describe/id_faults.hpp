@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/describe/member_ids.hpp"
 #include "bridge/describe/model.hpp"
 #include "bridge/documents/problems.hpp"
 
@@ -24,9 +25,8 @@ struct IdUse {
 /// [feat_req_someipids_636]
 void tell_reserved_service(std::string_view service, someip::ServiceId id, const Place& place,
                            documents::Problems& problems);
-/// The same of members of a service.
-/// @param are_events  or notifiers; else methods, getters and setters.
-void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, bool are_events,
+/// The same of members of a service that have ids of one sort.
+void tell_reserved_members(std::string_view service, const std::vector<IdUse>& uses, IdSort sort,
                            documents::Problems& problems);
 
 class IdFaults {
@@ -42,8 +42,7 @@ class IdFaults {
 
  private:
   using Uses = std::vector<IdUse>;
-  static Uses called(const Service& service);
-  static Uses sent(const Service& service);
+  static Uses uses_of(const Service& service, IdSort sort);
   void tell_same(const Service& service, const Uses& uses);
 
   const Model& model_;

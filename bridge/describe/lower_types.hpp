@@ -11,6 +11,7 @@
 #include "bridge/describe/ros_names.hpp"
 
 /// The parts of lower(): types become shapes, a shape gives a definition and, for each payload, rules.
+/// Constants are made in lower_constants.cpp, rules in lower_rules.cpp.
 namespace trestle::describe {
 
 /// A message of one type, or of one payload, with all that its wire rules are made of.

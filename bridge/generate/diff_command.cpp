@@ -102,8 +102,8 @@ std::set<std::string> with_open_ids(const describe::Model& model) {
     const auto look = [&is_open](const std::string&, const char*, const auto& id, const auto&...) {
       is_open = is_open || !id;
     };
-    describe::each_called_id(service, look);
-    describe::each_sent_id(service, look);
+    describe::each_id(service, describe::IdSort::called, look);
+    describe::each_id(service, describe::IdSort::sent, look);
     if (is_open) {
       names.insert(service.name);
     }

@@ -27,12 +27,10 @@ struct Explanation {
 };
 
 /// Explains an element: an event, method or field ("Door.open", "car.Door.open", "Door.open.response"), or a
-/// type
-/// ("Obstacle", "org.example.Obstacle", "sensor_msgs/msg/PointCloud2").
+/// type ("Obstacle", "org.example.Obstacle", "sensor_msgs/msg/PointCloud2").
 /// @param values  YAML or JSON, in the words of the description or of its ROS message; empty: none, and the
-/// layout
-///                is a table of what may be there. Of a method they are those of the request, unless the
-///                element ends in ".response".
+///                layout is a table of what may be there. Of a method they are those of the request, unless
+///                the element ends in ".response".
 /// @param values_name  of the file with the values, for errors: "NAME:2:7: opening: expected …".
 /// @return a method has two parts; or what is wrong, with the names that there are.
 [[nodiscard]] tl::expected<std::vector<Explanation>, std::string> explain(

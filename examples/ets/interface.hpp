@@ -80,8 +80,7 @@ inline constexpr std::size_t room_beside = 16;
 
 /// Answers one of `echoes`, or one of `protected_echoes` whose E2E header has been taken out.
 /// @return the answer's payload, at the front of `room.answer`; or the error to answer with:
-/// malformed_message,
-///         unknown_method, or not_ok when `room` is too small.
+///         malformed_message, unknown_method, or not_ok when `room` is too small.
 [[nodiscard]] Result<ByteView, ReturnCode> echo(MethodId method, ByteView payload, const Room& room) noexcept;
 
 /// A field, and its first value.

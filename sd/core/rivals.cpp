@@ -227,15 +227,15 @@ bool ServiceDiscovery::gives_way_to(slots::Remote& other, slots::Remote& known,
     return true;
   }
   if (!known.has_answered) {
-    ask_too(other, known, rival, arrival);
+    ask_too(other, host, known, rival, arrival);
   }
   return false;
 }
 
 // By a Subscribe of a subscription to the same. Who offers again is asked again, but not before it had time
 // to answer.
-void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& known, slots::Rival* rival,
-                               const Arrival& arrival) noexcept {
+void ServiceDiscovery::ask_too(const slots::Remote& other, std::uint16_t host, const slots::Remote& known,
+                               slots::Rival* rival, const Arrival& arrival) noexcept {
   constexpr std::uint16_t all = 0x7fff;
   // It ends by itself, should the answer be lost.
   constexpr std::uint32_t ttl_s = 1;
@@ -264,7 +264,7 @@ void ServiceDiscovery::ask_too(const slots::Remote& other, const slots::Remote& 
     return;
   }
   slots::Rival& place = rival != nullptr ? *rival : place_for_rival();
-  place.host = mark_of(peers_[other.peer].endpoint.address, someip::value(other.service));
+  place.host = host;
   place.subscription = by;
   place.asked = at & all;
   place.has_answered = 0;

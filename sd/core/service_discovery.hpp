@@ -377,9 +377,9 @@ class ServiceDiscovery {
   /// Subscribes to an eventgroup, as soon as the service is offered and again with each offer.
   /// [feat_req_someipsd_428] [feat_req_someipsd_431]
   /// @return its handle, or
-  ///         bad_argument  no instance, TTL 0, an endpoint with port 0, a multicast or unspecified address,
-  ///         or
-  ///                       of another IP version than ours;
+  ///         bad_argument  no instance, TTL 0, an endpoint with port 0, with a multicast or
+  ///                       unspecified address, or with an address of another IP version
+  ///                       than ours;
   ///         unknown_handle, table_full (also: 16 subscriptions to one eventgroup).
   [[nodiscard]] Result<SubscriptionHandle, SdError> subscribe(RequirementHandle requirement,
                                                               const EventgroupRequest& request,
@@ -673,8 +673,8 @@ class ServiceDiscovery {
                                 const Arrival& arrival) noexcept;
   [[nodiscard]] bool gives_way_to(slots::Remote& other, slots::Remote& known,
                                   const Arrival& arrival) noexcept;
-  void ask_too(const slots::Remote& other, const slots::Remote& known, slots::Rival* rival,
-               const Arrival& arrival) noexcept;
+  void ask_too(const slots::Remote& other, std::uint16_t host, const slots::Remote& known,
+               slots::Rival* rival, const Arrival& arrival) noexcept;
   [[nodiscard]] bool rival_answers(const Entry& entry, const Arrival& arrival) noexcept;
   [[nodiscard]] bool is_open(const slots::Rival& rival) const noexcept;
   [[nodiscard]] slots::Rival& place_for_rival() noexcept;

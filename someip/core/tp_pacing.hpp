@@ -33,9 +33,9 @@ inline constexpr std::size_t most_burst = 4096;
 /// @return from `least` to most_burst; nothing, as for one that does not tell, if that is quicker and it has
 ///         as much room as is assumed then.
 ///
-/// They fill a quarter of it, since others may send there too, the burst
-/// before may not be read yet, and Linux gives room back late. It charges 2304 bytes for a segment of 1392
-/// that has not been joined to others, and has twice the room that is asked for.
+/// They fill a quarter of it: others may send there too, the burst before may not be read yet, and Linux
+/// gives room back late. It charges 2304 bytes for a segment of 1392 that has not been joined to others, and
+/// has twice the room that is asked for.
 [[nodiscard]] std::optional<std::size_t> burst_into(std::size_t receive_buffer_bytes,
                                                     std::size_t least = least_burst) noexcept;
 

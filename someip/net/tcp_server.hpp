@@ -7,20 +7,20 @@ namespace trestle::someip {
 
 struct TcpServerOptions {
   Endpoint local = {};  ///< port 0: any dynamic port that is free
-  /// Clients at a time. One more takes the place of one of the address that has the most. If no address has
-  /// more than the new one would have, then that of one that has read nothing for a second of what waits for
-  /// it: its address takes no place from others in the next ten seconds. If there is none, that of one over
-  /// which nothing has gone for a second: rather one
-  /// that has never spoken, then the one that was silent for longest. That one is not in use, see
-  /// Handlers::in_use, no answer to it is outstanding, and its address has more than the new one had, unless
-  /// it has never spoken. If there is none, the new one is disconnected at once.
+  /// Connections of clients at a time. One more takes the place of one from the address that has the most. If
+  /// no address has more than the new one would have, it takes the place of one that has read nothing for a
+  /// second of what waits for it; the address of that one takes no place from others in the next ten seconds.
+  /// Else it takes the place of one over which nothing has gone for a second: of one that has never spoken if
+  /// there is one, then of the one that was silent for longest. That one must not be in use (see
+  /// Handlers::in_use) nor wait for an answer, and its address must have more than the new one has, unless it
+  /// has never spoken. If there is no such connection, the new one is closed at once.
   std::size_t max_connections = 64;
   /// Of them, from one address: nobody can keep all others out.
   std::size_t max_connections_per_address = 64;
-  /// A connection over which no message goes for so long, either way, is closed unless Handlers::in_use says
-  /// that it is needed; at most a quarter of the time later. 0: none is.
+  /// A connection over which no message has gone for so long, in either direction, is closed (at most a
+  /// quarter of this time later), unless Handlers::in_use says that it is needed. 0: none is closed.
   Duration idle_timeout{0};
-  /// One with a request that waits for its answer, see await_answer(), is only so after this time.
+  /// The same for a connection with a request that waits for its answer, see await_answer().
   Duration unanswered_timeout{0};
   /// Whether a connection from there is to be accepted at all; else it is closed at once. Empty: from
   /// anywhere.

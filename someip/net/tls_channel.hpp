@@ -59,9 +59,8 @@ class TlsContext {
 };
 
 /// Reads the keys.
-/// @throws std::invalid_argument  in words: what is wrong with the settings or a file, or that there is no
-/// TLS
-///         in this build.
+/// @throws std::invalid_argument  in words: what is wrong with the settings or a file, or that this build has
+///                                no TLS.
 [[nodiscard]] std::shared_ptr<const TlsContext> make_tls_context(const TlsSettings& settings);
 
 }  // namespace trestle::someip

@@ -36,9 +36,9 @@ namespace trestle::someip {
 /// The errors are
 ///     WireError::truncated            the payload ends before the element does;
 ///     WireError::bad_length           a length field contradicts its contents or what holds it;
-///     WireError::bad_string_encoding  no BOM or terminator where the rules demand them, text that is not
-///     valid
-///                                     Unicode, or bytes other than zero behind the terminator;
+///     WireError::bad_string_encoding  no BOM or terminator where the rules demand them, text
+///                                     that is not valid Unicode, or bytes other than zero
+///                                     behind the terminator;
 ///     WireError::bad_union_type       a type that names no member;
 ///     WireError::bad_tag              a member whose wire type is not that of what is read;
 ///     WireError::no_room              the caller's room for a string is too small.

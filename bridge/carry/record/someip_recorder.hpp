@@ -17,9 +17,9 @@ struct SomeipRecordCounters {
 };
 
 /// Records the SOME/IP messages of frames. There is a channel for each service, method or event, sender and
-/// receiver, whose topic is
-/// "/someip/0x1234/0x8001", with names "/someip/Door/moved", and of discovery "/someip/sd". Its metadata say
-/// what a message does not: `from`, `to`, `transport`, and the `instance` if discovery told of it.
+/// receiver. Its topic is "/someip/0x1234/0x8001", or with names "/someip/Door/moved"; that of discovery is
+/// "/someip/sd". Its metadata say what a message does not: `from`, `to`, `transport`, and the `instance` if
+/// discovery told of it.
 class SomeipRecorder {
  public:
   /// @param interfaces  null: there are no names. Outlives this, as the recorder does.

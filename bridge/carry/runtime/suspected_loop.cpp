@@ -21,8 +21,8 @@ SuspectedLoop::SuspectedLoop(RouteClock& clock, std::string what, LoopSuspects s
       what_{std::move(what)},
       suspects_{std::move(suspects)},
       words_{std::move(words)},
-      near_limits_{limits},
-      far_limits_{far(limits)} {}
+      near_{limits},
+      far_{far(limits)} {}
 
 bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSide& dds,
                             LoopCheck::TimePoint now, bool caused) {
@@ -31,15 +31,12 @@ bool SuspectedLoop::refuses(ByteView payload, const Endpoint& from, const DdsSid
     return false;
   }
   const bool near = suspects_.at(from.address);
-  if (!near && !caused) {
+  if (!near && (!caused || (!far_.guard && !is_much(now)))) {
     return false;
   }
-  std::unique_ptr<LoopGuard>& guard = near ? near_ : far_;
+  auto& [limits, guard] = near ? near_ : far_;
   if (!guard) {
-    if (!near && !is_much(now)) {
-      return false;
-    }
-    guard = std::make_unique<LoopGuard>(clock_, what_, near ? near_limits_ : far_limits_);
+    guard = std::make_unique<LoopGuard>(clock_, what_, limits);
   }
   if (guard->may_carry(message_hash(payload), std::nullopt, now, [&] {
         return suspects_.name_at(from.address, dds) + words_ + someip::to_string(from);
@@ -55,7 +52,7 @@ bool SuspectedLoop::is_much(LoopCheck::TimePoint now) noexcept {
     second_begin_ = now;
     in_second_ = 0;
   }
-  return ++in_second_ > far_limits_.repeats / far_limits_.weight_of_unnamed;
+  return ++in_second_ > far_.limits.repeats / far_.limits.weight_of_unnamed;
 }
 
 }  // namespace trestle::carry

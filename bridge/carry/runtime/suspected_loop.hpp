@@ -6,10 +6,10 @@
 
 namespace trestle::carry {
 
-/// Puts on trial what comes again and again by SOME/IP: from one sender all copies come, as they do of one
-/// that says the same each time, so that only a trial tells. From a host where somebody could close a ring
-/// few are enough. From elsewhere many are needed: such a ring leads over two hosts. On the thread that runs
-/// the io_context.
+/// Puts on trial what comes again and again by SOME/IP. In a ring all copies come from one sender. They also
+/// do from a sender that says the same each time, so only a trial tells. From a host where somebody could
+/// close a ring few copies are enough. From elsewhere many are needed: such a ring leads over two hosts. On
+/// the thread that runs the io_context.
 class SuspectedLoop {
  public:
   /// @param what   the route, for the log.
@@ -24,11 +24,17 @@ class SuspectedLoop {
   [[nodiscard]] bool refuses(ByteView payload, const Endpoint& from, const DdsSide& dds,
                              LoopCheck::TimePoint now, bool caused = true);
   /// Messages that were refused.
-  [[nodiscard]] std::uint64_t looped() const noexcept {
-    return (near_ ? near_->looped() : 0) + (far_ ? far_->looped() : 0);
-  }
+  [[nodiscard]] std::uint64_t looped() const noexcept { return near_.looped() + far_.looped(); }
 
  private:
+  /// Of each its own: senders elsewhere can neither put those at a suspect's host on trial nor make it
+  /// lenient.
+  struct Watch {
+    const LoopCheck::Limits limits;
+    std::unique_ptr<LoopGuard> guard{};  ///< from when it has something to look at
+    [[nodiscard]] std::uint64_t looped() const noexcept { return guard ? guard->looped() : 0; }
+  };
+
   /// Whether so much has come from elsewhere in a second that it is worth a look.
   [[nodiscard]] bool is_much(LoopCheck::TimePoint now) noexcept;
 
@@ -36,10 +42,8 @@ class SuspectedLoop {
   const std::string what_;
   LoopSuspects suspects_;
   const std::string words_;
-  const LoopCheck::Limits near_limits_;
-  const LoopCheck::Limits far_limits_;
-  std::unique_ptr<LoopGuard> near_;  ///< from when something first came from where one of them is
-  std::unique_ptr<LoopGuard> far_;   ///< from when much came from elsewhere
+  Watch near_;  ///< what comes from where one of them is
+  Watch far_;   ///< what comes from elsewhere, from when it is much
   LoopCheck::TimePoint second_begin_{};
   std::uint32_t in_second_ = 0;  ///< messages from elsewhere
 };

@@ -18,8 +18,8 @@ struct Way {
 
 /// @param quiet  it is not said that it is a bridge.
 /// @throws someip::NetError  as a Node does, when the address is not a bridge's; with what is known of
-/// bridges.
-///         std::runtime_error when it is, and `network` wants TLS, which the bridge has its own settings of.
+///                           bridges.
+///         std::runtime_error when it is, and `network` wants TLS, for which the bridge has its own settings.
 [[nodiscard]] Way way_into(cli::Session& session, const sd::NodeConfig& network, const sd::DiscoveryLog& log,
                            const sd::DiscoveryLog& warn, bool quiet);
 

@@ -15,27 +15,11 @@ namespace trestle::describe::arxml {
 
 namespace {
 
-// Since 2.9 expat warns of the functions whose numbers may have 32 bits.
-#if XML_MAJOR_VERSION > 2 || XML_MINOR_VERSION >= 9
-std::uint64_t line_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentLineNumber64(parser);
-}
-std::uint64_t column_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentColumnNumber64(parser);
-}
-std::int64_t byte_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentByteIndex64(parser);
-}
-#else
-std::uint64_t line_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentLineNumber(parser);
-}
-std::uint64_t column_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentColumnNumber(parser);
-}
-std::int64_t byte_of(XML_Parser parser) noexcept {
-  return XML_GetCurrentByteIndex(parser);
-}
+// Since 2.9 expat has these names for numbers of 64 bits, and warns of the others.
+#if XML_MAJOR_VERSION == 2 && XML_MINOR_VERSION < 9
+constexpr auto XML_GetCurrentLineNumber64 = XML_GetCurrentLineNumber;
+constexpr auto XML_GetCurrentColumnNumber64 = XML_GetCurrentColumnNumber;
+constexpr auto XML_GetCurrentByteIndex64 = XML_GetCurrentByteIndex;
 #endif
 
 /// Deeper files do not exist; the deepest elements of real ones are about 40 deep.
@@ -176,8 +160,8 @@ class Handlers {
   [[nodiscard]] Place here() const noexcept {
     constexpr std::uint64_t most = std::numeric_limits<int>::max();
     return {file_,
-            {static_cast<int>(std::min<std::uint64_t>(line_of(parser_), most)),
-             static_cast<int>(std::min<std::uint64_t>(column_of(parser_) + 1, most))}};
+            {static_cast<int>(std::min<std::uint64_t>(XML_GetCurrentLineNumber64(parser_), most)),
+             static_cast<int>(std::min<std::uint64_t>(XML_GetCurrentColumnNumber64(parser_) + 1, most))}};
   }
   /// What is wrong where expat stopped, and what was expected.
   [[nodiscard]] std::string text_of(XML_Error error) const {
@@ -513,7 +497,8 @@ bool Tree::add(std::istream& stream, std::uint16_t file) {
     }
     // What expat has not told yet is within one tag.
     bytes += static_cast<std::size_t>(stream.gcount());
-    const auto told = static_cast<std::size_t>(std::max(byte_of(parser.get()), std::int64_t{0}));
+    const auto told =
+        static_cast<std::size_t>(std::max<std::int64_t>(XML_GetCurrentByteIndex64(parser.get()), 0));
     if (!last && bytes - told > options_.max_tag_bytes) {
       problems_.error(handlers.here(), "this tag or comment has more than " +
                                            std::to_string(options_.max_tag_bytes) +

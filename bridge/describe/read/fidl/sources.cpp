@@ -26,8 +26,7 @@ int specification_version(std::string_view name) {
 }
 
 /// A specification for another protocol, as that for D-Bus, is not needed. Those of CommonAPI's early
-/// releases have no
-/// "_spec" in their names, and what is in a plug-in of Eclipse is not at hand.
+/// releases have no "_spec" in their names, and what is in a plug-in of Eclipse is not at hand.
 bool is_specification(std::string_view name) {
   const std::string_view base = base_name(name);
   const bool is_deployment = base.ends_with(".fdepl") && base.find("deployment") != std::string_view::npos;

@@ -1,5 +1,3 @@
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <map>
 
@@ -7,12 +5,6 @@
 
 namespace trestle::describe {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::SizeIs;
 
 TEST(ReadFidl, ComputesConstantsOfEachType) {
   const Reading reading = read({{"K.fidl", R"(package p

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <map>
 
@@ -7,12 +6,6 @@
 
 namespace trestle::describe {
 namespace {
-
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 TEST(ReadFidl, ReadsWithAWarningWhatPeopleWrite) {
   const Reading reading =

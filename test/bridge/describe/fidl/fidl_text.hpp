@@ -1,5 +1,7 @@
 // What tests of the FIDL reader share.
 #pragma once
+#include <gmock/gmock.h>
+
 #include <map>
 #include <string>
 #include <vector>
@@ -7,6 +9,13 @@
 #include "bridge/describe/read/fidl/read_fidl.hpp"
 
 namespace trestle::describe {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 using Files = std::map<std::string, std::string>;
 

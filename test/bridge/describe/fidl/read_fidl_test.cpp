@@ -1,5 +1,3 @@
-#include <gmock/gmock.h>
-
 #include <chrono>
 #include <map>
 
@@ -8,13 +6,6 @@
 
 namespace trestle::describe {
 namespace {
-
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::ElementsAre;
-using ::testing::HasSubstr;
-using ::testing::IsEmpty;
-using ::testing::SizeIs;
 
 TEST(ReadFidl, TakesAServiceIdOfNothingForNone) {
   const Reading reading = read({{"I.fidl", "package a.b\ninterface I {\nversion { major 1 minor 2 }\n}\n"},
