@@ -293,6 +293,12 @@ class Trial {
   std::size_t restart(bool at_once = false);
 
  private:
+  static constexpr int tries = 3;
+  /// What the evidence says of messages that no case has asked for.
+  static constexpr const char* check = "check: is the device there?";
+  /// Offers that come more seldom are not waited for.
+  static constexpr Duration longest_cycle = std::chrono::seconds{5};
+
   template <typename T>
   static std::string text(const T& value) {
     if constexpr (std::is_same_v<T, bool>) {
