@@ -87,7 +87,7 @@ struct Case {
   std::vector<RequirementId> requirements{};
   std::vector<Tc8Id> tc8{};
   Need needs = Need::nothing;
-  std::chrono::milliseconds budget = std::chrono::seconds{10};  ///< longer means that something is stuck
+  std::chrono::milliseconds budget = std::chrono::seconds{10};  ///< longer tells nothing of the device
   Role role = Role::server;
   std::function<void(Trial& trial)> run{};
 };

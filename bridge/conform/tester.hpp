@@ -82,8 +82,11 @@ class Tester {
   [[nodiscard]] std::deque<Packet>& packets() noexcept { return packets_; }
   void forget();
 
-  /// The longest time that this program did not run although it wanted to, since forget().
+  /// The longest time that this program did not run although it wanted to, since forget(): it was late to
+  /// return from a wait, or much time went by between two things that it sent or waited for.
   [[nodiscard]] Duration stalled() const noexcept { return stalled_; }
+  /// What went on until now was no stall: the device was started, or a person was asked.
+  void was_elsewhere();
 
  private:
   struct Port;
@@ -98,6 +101,9 @@ class Tester {
   void note_rest(Port& from);
   void accept(PortId id);
   void send_from(const Port& from, ByteView datagram, const Endpoint& to);
+  /// This program runs now.
+  /// @param waited  so long it meant to wait since it ran last.
+  void runs(Duration waited = {});
 
   IpAddress own_;
   IpAddress group_;
@@ -108,6 +114,7 @@ class Tester {
   PortId sd_multicast_{};
   std::deque<Packet> packets_;
   Duration stalled_{0};
+  TimePoint ran_;  ///< when this program ran last
   std::function<void()> check_ = [] {};
 };
 

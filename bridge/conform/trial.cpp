@@ -59,8 +59,8 @@ SdSessions::Next SdSessions::next(const Endpoint& to) {
 Trial::Trial(const Profile& the_profile, Tester& the_tester, Device& the_device, SdSessions& the_sessions)
     : profile{the_profile},
       tester{the_tester},
-      device{the_device},
       sessions{the_sessions},
+      device_{the_device},
       requests_{the_profile.service().request && the_profile.service().udp_port} {}
 
 void Trial::begin(std::uint64_t seed, const std::string& id) {
@@ -406,7 +406,8 @@ std::size_t Trial::restart(bool at_once) {
     // What it said before stands in what was received, too: its messages have to tell where they begin anew.
     NewLife life{std::chrono::time_point_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now()),
                  longest_pause(profile.timing)};
-    device.restart(at_once);
+    device_.restart(at_once);
+    tester.was_elsewhere();
     std::optional<std::size_t> begin;
     std::size_t next = 0;
     tester.receive(within, [&] {
@@ -424,9 +425,9 @@ std::size_t Trial::restart(bool at_once) {
     // One that shows nothing of it is judged by all that it has said since.
     since = begin.value_or(since);
   } else {
-    device.stop(at_once);
+    stop_device(at_once);
     since = now();  // what it said before is of its life before
-    device.start();
+    start_device();
     (void)await_entry(since, within,
                       [&](const SeenEntry& seen) { return is_start()(seen) && seen.message.reboot(); });
   }
@@ -437,6 +438,16 @@ std::size_t Trial::restart(bool at_once) {
             profile.services.empty() ? "a FindService" : "an OfferService");
   }
   return since;
+}
+
+void Trial::stop_device(bool at_once) {
+  device_.stop(at_once);
+  tester.was_elsewhere();
+}
+
+void Trial::start_device() {
+  device_.start();
+  tester.was_elsewhere();
 }
 
 }  // namespace trestle::conform

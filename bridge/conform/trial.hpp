@@ -71,7 +71,6 @@ class Trial {
 
   const Profile& profile;
   Tester& tester;
-  Device& device;
   SdSessions& sessions;
 
   /// Everything random is drawn from this, so that the seed of a run repeats it.
@@ -291,6 +290,9 @@ class Trial {
   /// (restart_signs.hpp). Ends the case when it does not start.
   /// @return the place in what was received where its new life begins.
   std::size_t restart(bool at_once = false);
+  /// As the profile says, without waiting for its messages. How long that takes is no stall of the tester.
+  void stop_device(bool at_once = false);
+  void start_device();
 
  private:
   static constexpr int tries = 3;
@@ -327,6 +329,7 @@ class Trial {
   /// Of what the device sent to service discovery.
   [[nodiscard]] std::optional<SdSign> sign_of(Packet& packet) const;
 
+  Device& device_;
   bool finds_ = true;
   bool requests_;
   bool offers_only_ = false;

@@ -2,7 +2,6 @@
 
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/cases/our_service.hpp"
-#include "bridge/conform/device.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -489,13 +488,13 @@ void add_client_cases(Cases& cases) {
              ours.answer(ours.subscribed());
              t.pass();
              const std::size_t since = t.now();
-             t.device.stop();
+             t.stop_device();
              const auto seen =
                  t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
                    return one.entry.kind() == sd::EntryKind::stop_subscribe_eventgroup &&
                           one.entry.service == ours.used().service;
                  });
-             t.device.start();
+             t.start_device();
              if (!t.await_entry(t.now(), t.profile.timing.ready_within, t.is_start())) {
                t.missing("the device says nothing of its service after it was started", "an SD message");
              }

@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "bridge/conform/cases/all_cases.hpp"
-#include "bridge/conform/device.hpp"
 #include "bridge/conform/trial.hpp"
 
 namespace trestle::conform {
@@ -108,13 +107,13 @@ std::vector<Gap> cyclic(Trial& t) {
 
 void stop_offer(Trial& t) {
   const std::size_t since = t.now();
-  t.device.stop();
+  t.stop_device();
   const auto seen = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
     return one.entry.kind() == sd::EntryKind::stop_offer_service &&
            one.entry.service == t.profile.service().service &&
            one.entry.instance == t.profile.service().instance;
   });
-  t.device.start();
+  t.start_device();
   if (!t.await_entry(t.now(), t.profile.timing.ready_within, Trial::is_offer(t.profile.service()))) {
     t.missing("the device does not offer its service after it was started", "an OfferService");
   }
