@@ -480,13 +480,45 @@ void Trial::pass() {
   tester.receive(settling, [] { return false; });
 }
 
-SeenMessage Trial::event(someip::MethodId event, std::size_t since) {
-  if (auto seen = await_message(since, profile.timing.answer_within * 2, is_event(event))) {
-    comment(seen->packet, "the event");
-    return *seen;
+std::vector<SeenMessage> Trial::initial_values(const std::vector<someip::MethodId>& events,
+                                               const std::function<void()>& subscribe) {
+  std::size_t since = 0;
+  std::vector<SeenMessage> found;
+  const auto have_come = [&] {
+    found.clear();
+    for (const someip::MethodId one : events) {
+      if (const auto seen = messages_since(since, is_event(one)); !seen.empty()) {
+        found.push_back(seen.front());
+      }
+    }
+    return found.size() == events.size();
+  };
+  const auto begin = [&] {
+    since = now();
+    subscribe();
+  };
+  if (!ask(begin, have_come)) {
+    missing(fmt::format("{} of {} initial values come", found.size(), events.size()),
+            fmt::format("event {:#06x}", value(*std::ranges::find_if(events, [&](someip::MethodId one) {
+                          return messages_since(since, is_event(one)).empty();
+                        }))));
   }
-  missing(fmt::format("event {:#06x} does not come", value(event)),
-          fmt::format("event {:#06x}", value(event)));
+  for (const SeenMessage& seen : found) {
+    comment(seen.packet, "the event");
+  }
+  return found;
+}
+
+std::vector<SeenMessage> Trial::initial_values(const std::vector<someip::MethodId>& events,
+                                               const SdStimulus& subscribe) {
+  bool is_subscribed = false;
+  return initial_values(events, [&] {
+    if (std::exchange(is_subscribed, true)) {
+      unsubscribe(subscribe);
+      pass();  // whatever it says to that is no answer to what follows
+    }
+    acknowledged(subscribe);
+  });
 }
 
 EventSource Trial::source() {
@@ -508,6 +540,11 @@ void Trial::ask_for(const EventSource& source) {
   }
 }
 
+bool Trial::ask_for(const EventSource& source, const std::function<bool()>& done) {
+  const Duration within = 2 * source.cycle + 2 * profile.timing.answer_within;
+  return source.trigger ? ask([&] { ask_for(source); }, within, done) : tester.receive(within, done);
+}
+
 std::vector<SeenMessage> Trial::all_events(const EventSource& source) {
   const std::size_t since = now();
   ask_for(source);
@@ -516,16 +553,16 @@ std::vector<SeenMessage> Trial::all_events(const EventSource& source) {
   return messages_since(since, is_event(source.event));
 }
 
-SeenMessage Trial::event(const EventSource& source) {
+SeenMessage Trial::event(const EventSource& source, std::optional<Endpoint> to) {
   const std::size_t since = now();
-  const Duration within = 2 * source.cycle + profile.timing.answer_within * 2;
   std::vector<SeenMessage> found;
   const auto has_come = [&] {
-    found = messages_since(since, is_event(source.event));
+    found = messages_since(since, [&](const SeenMessage& seen) {
+      return is_event(source.event)(seen) && (!to || seen.packet->to == *to);
+    });
     return !found.empty();
   };
-  // One that comes by itself cannot be asked for again.
-  if (source.trigger ? ask([&] { ask_for(source); }, within, has_come) : tester.receive(within, has_come)) {
+  if (ask_for(source, has_come)) {
     comment(found.front().packet, "the event");
     return found.front();
   }

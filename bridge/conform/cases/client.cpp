@@ -447,13 +447,7 @@ void add_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, false)};
-             const std::size_t since = t.now();
-             ours.offer(1);
-             const auto first = ours.subscribe_since(since, t.profile.timing.answer_within);
-             if (!first) {
-               t.missing("no SubscribeEventgroup in answer to an offer", "a SubscribeEventgroup");
-             }
-             ours.answer(*first);
+             ours.answer(ours.subscribed_to(ours.offer_message(1)));
              t.tester.receive(1500ms, [] { return false; });
              const SeenEntry again = ours.subscribed();
              if (t.profile.policy.explicit_initial_data) {

@@ -146,7 +146,6 @@ void many_subscribers(Trial& t) {
     t.missing("none of the subscribers is accepted", "a SubscribeEventgroupAck");
   }
   const std::size_t since = t.now();
-  t.ask_for(source);
   const auto events = [&] { return t.messages_since(since, t.is_event(source.event)); };
   const auto served = [&] {
     const auto seen = events();
@@ -155,7 +154,13 @@ void many_subscribers(Trial& t) {
     });
   };
   const auto all = static_cast<std::ptrdiff_t>(accepted.size());
-  t.tester.receive(2 * source.cycle + 2 * t.profile.timing.answer_within, [&] { return served() == all; });
+  std::size_t asked = 0;
+  const auto ask = [&] {
+    ++asked;
+    t.ask_for(source);
+  };
+  const auto are_served = [&] { return served() == all; };
+  (void)(source.trigger ? t.ask(ask, are_served) : t.ask_for(source, are_served));
   t.pass();
   t.equal("subscribers that got the event", all, served(), nullptr);
   std::size_t others = 0;
@@ -164,7 +169,8 @@ void many_subscribers(Trial& t) {
   }
   t.equal("events to subscribers that were refused", std::size_t{0}, others, nullptr);
   if (source.trigger) {
-    t.equal("events", accepted.size(), events().size(), nullptr);
+    t.require(events().size() <= asked * accepted.size(), "events",
+              fmt::format("{} at most", asked * accepted.size()), std::to_string(events().size()), nullptr);
   }
 }
 

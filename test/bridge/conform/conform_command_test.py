@@ -130,6 +130,30 @@ class Conform(unittest.TestCase):
         found, text = verdicts("{request: 2}", "whole", "tp.order.ascending", status=1)
         self.assertEqual(found, {"order.ascending": "fail"}, text)
 
+    def test_asks_again_for_events_that_get_lost(self):
+        profile = self.folder / "lossy.yaml"
+        device = pathlib.Path(__file__).parent / "large_device.py"
+        profile.write_text("name: Lossy\n"
+                           "network: {device: 127.0.77.1, tester: 127.0.77.2, multicast: 239.255.77.1}\n"
+                           "services:\n"
+                           "  - id: 0x4321\n"
+                           "    instance: 1\n"
+                           "    udp: 40321\n"
+                           "    request: {method: 1, payload: 2a}\n"
+                           "    field: {getter: 5, setter: 4, value: 5a, eventgroup: 2}\n"
+                           "    eventgroups:\n"
+                           "      - {id: 3, events: [0x8003], trigger: 4}\n"
+                           "      - {id: 2, events: [0x8002], initial_values: true}\n"
+                           "timing: {answer_within: 500 ms}\n"
+                           f"lifecycle: {{start: \"exec {sys.executable} {device} {{device}} {{multicast}} lossy\"}}\n")
+        # One after the other, each with a device that loses the first event.
+        for case in ("event.message-type", "event.initial.all", "event.initial.not-at-renewal", "event.field-changes",
+                     "sd.subscribe.ack.each-eventgroup"):
+            text = conform("run", case, "--dut", profile, *ADDRESSES, "--out", self.folder)
+            (one,) = json.loads((self.folder / "results.json").read_text())["cases"]
+            self.assertIn(one["verdict"], ("pass", "pass-nonstrict"), text)
+            self.assertGreaterEqual(one["retries"], 1, text)
+
     def test_knows_finds_that_are_answered_by_multicast(self):
         profile = self.folder / "profile.yaml"
         profile.write_text(PROFILE.read_text().replace("--event-group {event_multicast}", "--event-group {event_multicast} --find-answers optimised")
