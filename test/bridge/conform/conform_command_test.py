@@ -269,10 +269,13 @@ class Conform(unittest.TestCase):
 
     def test_finds_faults(self):
         text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
-                       "e2e.profile4.repeated", "sd.reboot.channels", "event.initial.not-of-events", "--dut", PROFILE, *ADDRESSES,
+                       "e2e.profile4.repeated", "e2e.profile11.event*", "sd.reboot.channels", "event.initial.not-of-events", "--dut", PROFILE, *ADDRESSES,
                        "--out", self.folder, "--quick", "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any",
-                       "--fault", "e2e-repeated-ends", "--fault", "channels-mixed", "--fault", "initial-of-events")
-        self.assertIn("6 of 6 faults are found", text)
+                       "--fault", "e2e-repeated-ends", "--fault", "channels-mixed", "--fault", "initial-of-events",
+                       *(word for name in ("crc", "counter-stuck", "counts-copies", "never-zero") for word in ("--fault", f"e2e-event-{name}")))
+        self.assertIn("10 of 10 faults are found", text)
+        for name, case in (("crc", "event"), ("counter-stuck", "event-counter"), ("counts-copies", "event-for-two"), ("never-zero", "event-wrap")):
+            self.assertRegex(text, rf"found +e2e-event-{name} +\S*e2e\.profile11\.{case}\S*\n")
         self.assertRegex(text, r"found +ack-ttl +.*sd\.subscribe\.ack\.ttl")
 
     def test_tells_of_cases_that_no_fault_fails(self):
