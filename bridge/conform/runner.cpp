@@ -206,8 +206,14 @@ Attempt attempt_at(const Case& one, Run& run) {
 void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResult& result) {
   result.evidence = one.id + ".pcapng";
   result.timeline = timeline(run.tester.packets());
-  const std::string title = fmt::format("{}: {} ({}){}{}", one.id, one.title, to_string(outcome.verdict),
-                                        outcome.reason.empty() ? "" : ": ", outcome.reason);
+  std::string title = fmt::format("{}: {} ({}){}{}", one.id, one.title, to_string(outcome.verdict),
+                                  outcome.reason.empty() ? "" : ": ", outcome.reason);
+  for (const RequirementId& id : one.requirements) {
+    title += fmt::format("\n{}: {}", id.text(), find_requirement(id.text())->summary);
+  }
+  if (!run.options.command.empty()) {
+    title += fmt::format("\nagain: {} {}", run.options.command, one.id);
+  }
   std::ofstream{run.options.folder + "/" + result.evidence, std::ios::binary}
       << pcapng(run.tester.packets(), title);
 }

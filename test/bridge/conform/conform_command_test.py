@@ -53,6 +53,8 @@ class Conform(unittest.TestCase):
         for one in results["cases"]:
             capture = (self.folder / one["evidence"]).read_bytes()
             self.assertEqual(capture[:4], b"\x0a\x0d\x0d\x0a")
+            self.assertIn(f"{one['id']}: {one['title']} (pass)\n{one['requirements'][0]}: ".encode(), capture)
+            self.assertIn(f"\nagain: {one['again']}".encode(), capture)
             if one["id"] == "sd.subscribe.ack.each-eventgroup":
                 # From the beginning on.
                 self.assertIn(b"check: is the device there?", capture)
