@@ -447,8 +447,12 @@ std::optional<EventSource> tcp_event_source(const Profile& profile) {
                        .event = someip::MethodId{0x8003},
                        .trigger = someip::MethodId{0x05}};
   }
-  for (const EventgroupProfile& one : profile.service().eventgroups) {
-    if (one.tcp && !one.events.empty() && (one.cycle || (one.trigger && profile.service().udp_port))) {
+  return tcp_event_source(profile.service());
+}
+
+std::optional<EventSource> tcp_event_source(const ServiceProfile& service) {
+  for (const EventgroupProfile& one : service.eventgroups) {
+    if (one.tcp && !one.events.empty() && (one.cycle || (one.trigger && service.udp_port))) {
       return EventSource{.group = one.id,
                          .event = one.events.front(),
                          .trigger = one.trigger,

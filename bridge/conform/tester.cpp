@@ -296,6 +296,11 @@ void Tester::close(PortId id) {
   }
 }
 
+void Tester::close_half(PortId connection) {
+  ::shutdown(port(connection).fd.get(), SHUT_WR);
+  note_end(connection);
+}
+
 void Tester::note_end(PortId id) {
   const Port& one = port(id);
   note(true, Transport::tcp, one.local, one.peer, {}).ends = true;

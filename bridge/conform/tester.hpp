@@ -55,6 +55,8 @@ class Tester {
   [[nodiscard]] bool is_closed(PortId connection) const;
   /// What came of a message that was not whole is a packet from now on.
   void close(PortId port);
+  /// Ends our half of a TCP connection: nothing is sent on it any more, and it is still read.
+  void close_half(PortId connection);
   /// Packets tell that this TCP connection ends now, by us. That the peer ends one, they tell by themselves.
   void note_end(PortId connection);
   /// All but those of service discovery.

@@ -188,7 +188,7 @@ void Service::wait_for_event() {
   });
 }
 
-std::vector<sd::ServiceSpec> companions(const Places& places) {
+Companions::Companions(sd::Node& node, const Places& places) {
   const auto one = [](ServiceId id, std::uint16_t instance, std::uint16_t port) {
     return sd::ServiceSpec{.service = id,
                            .instance = InstanceId{instance},
@@ -196,15 +196,26 @@ std::vector<sd::ServiceSpec> companions(const Places& places) {
                            .tcp_port = port,
                            .methods = {echoing(echo_uint8)}};
   };
-  sd::ServiceSpec second = one(second_service, 1, places.port);
-  second.options.load_balancing = sd::LoadBalancingOption{.priority = 3, .weight = 250};
-  second.configuration = {{"place", "front"}, {"place", "rear"}, {"spare", ""}, {"flag"}};
   const auto other_port = static_cast<std::uint16_t>(places.port + 2);
   sd::ServiceSpec newer = one(old_and_new, 1, other_port);
   newer.major = 2;
   newer.minor = 7;
-  return {one(service, 2, static_cast<std::uint16_t>(places.port + 1)), std::move(second),
-          one(old_and_new, 1, other_port), std::move(newer)};
+  others_.emplace_back(node, one(service, 2, static_cast<std::uint16_t>(places.port + 1)));
+  second_.emplace(node, second(one(second_service, 1, places.port)));
+  others_.emplace_back(node, one(old_and_new, 1, other_port));
+  others_.emplace_back(node, std::move(newer));
+}
+
+sd::ServiceSpec Companions::second(sd::ServiceSpec spec) {
+  spec.options.load_balancing = sd::LoadBalancingOption{.priority = 3, .weight = 250};
+  spec.configuration = {{"place", "front"}, {"place", "rear"}, {"spare", ""}, {"flag"}};
+  spec.eventgroups = {{.id = EventgroupId{2}, .events = {event_reliable}}};
+  spec.tcp_events = {event_reliable};
+  spec.methods.push_back(
+      {trigger_reliable,
+       [this](const Message&, const sd::Responder&) { second_->notify(event_reliable, values::number_43); },
+       MethodKind::fire_and_forget});
+  return spec;
 }
 
 }  // namespace ets

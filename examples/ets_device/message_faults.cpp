@@ -348,6 +348,9 @@ std::vector<Fault> message_faults() {
            out.copies = 0;
          }
        }},
+      {"tcp-second-service-events", "tcp.services.events-of-two",
+       "the second service sends no events over TCP",
+       event([](Outgoing& out) { out.copies = out.stream && u16(out.bytes, 0) == 0x0102 ? 0 : 1; })},
       {"tcp-payload-changed", "tcp.echo", "responses over TCP have another payload",
        [](Outgoing& out) {
          if (out.stream && is_response(out.bytes) && out.bytes.size() > 16) {

@@ -174,14 +174,18 @@ void many_subscribers(Trial& t) {
   }
 }
 
-/// @param bytes  what is sent on each of the connections.
-void many_connections(Trial& t, int count, ByteView bytes) {
+/// @param bytes   what is sent on each of the connections.
+/// @param closed  and then our half of it is closed.
+void many_connections(Trial& t, int count, ByteView bytes, bool closed = false) {
   std::vector<PortId> open;
   for (int number = 0; number < count; ++number) {
     if (const auto one = t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within)) {
       open.push_back(*one);
       if (!bytes.empty()) {
         t.tester.send(*one, bytes);
+      }
+      if (closed) {
+        t.tester.close_half(*one);
       }
     }
   }
@@ -285,6 +289,16 @@ void add_load_cases(Cases& cases) {
            [](Trial& t) {
              const Bytes whole = t.request().encode();
              many_connections(t, 10, ByteView{whole}.first(8));
+           }},
+      {.id = "load.half-open.closed",
+       .title = "survives TCP connections of which the other half is closed before a message is whole",
+       .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
+       .needs = Need::tcp | Need::request,
+       .budget = 60s,
+       .run =
+           [](Trial& t) {
+             const Bytes whole = t.request().encode();
+             many_connections(t, 10, ByteView{whole}.first(whole.size() - 1), true);
            }},
       {.id = "load.half-open.message",
        .title =
