@@ -97,7 +97,14 @@ constexpr NeedRule need_rules[]{
                                   [&](const auto& one) { return other_version(p, one) != nullptr; });
      }},
     {Need::e2e, "no method with end-to-end protection",
-     [](const Profile& p) { return p.service().udp_port && !p.service().e2e.empty(); }},
+     [](const Profile& p) {
+       return p.service().udp_port &&
+              std::ranges::any_of(p.service().e2e, [](const auto& one) { return !is_of_event(one); });
+     }},
+    {Need::e2e_event, "no event with end-to-end protection (e2e: event)",
+     [](const Profile& p) {
+       return p.service().udp_port && std::ranges::any_of(p.service().e2e, is_of_event);
+     }},
     {Need::client, "the profile names no service that the device uses by itself",
      [](const Profile& p) { return !std::ranges::all_of(p.uses, &UsedService::by_ets); }},
     {Need::ets_client, "the profile names no service that the device uses when it is told to (by_ets: true)",

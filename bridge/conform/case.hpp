@@ -70,6 +70,7 @@ enum class Need : std::uint32_t {
   event = 1U << 24U,                ///< an event that can be waited for
   large_message = 1U << 25U,        ///< a response or an event that comes in segments
   tcp_event = 1U << 26U,            ///< an event over TCP that can be waited for
+  e2e_event = 1U << 27U,            ///< events with end-to-end protection
 };
 [[nodiscard]] constexpr Need operator|(Need a, Need b) noexcept {
   return static_cast<Need>(static_cast<std::uint32_t>(a) | static_cast<std::uint32_t>(b));
@@ -87,7 +88,7 @@ struct Case {
   std::vector<RequirementId> requirements{};
   std::vector<Tc8Id> tc8{};
   Need needs = Need::nothing;
-  std::chrono::milliseconds budget = std::chrono::seconds{10};  ///< longer means that something is stuck
+  std::chrono::milliseconds budget = std::chrono::seconds{10};  ///< longer tells nothing of the device
   Role role = Role::server;
   std::function<void(Trial& trial)> run{};
 };

@@ -111,11 +111,30 @@ EventgroupProfile read_eventgroup(const YAML::Node& node, Problems& problems) {
   return group;
 }
 
-E2eProtection read_protection(const YAML::Node& node, Problems& problems) {
+RequestProfile read_request(const YAML::Node& node, const char* key, Problems& problems) {
+  Section section{node, key, problems};
+  RequestProfile request;
+  section.require("method", id<someip::MethodId>(0x7fff), request.method);
+  section.read("payload", hex_bytes(), request.payload);
+  section.finish();
+  return request;
+}
+
+/// What is said of an event that no case can wait for.
+constexpr const char* cannot_be_waited_for =
+    "expected an event that can be waited for: of an eventgroup with a 'trigger', or the first of one with a "
+    "'cycle', without multicast and TCP";
+
+/// @param service  with its eventgroups.
+E2eProtection read_protection(const YAML::Node& node, const ServiceProfile& service, Problems& problems) {
   using enum E2eProfile;
   Section section{node, "e2e", problems};
   E2eProtection how;
-  section.require("method", id<someip::MethodId>(0x7fff), how.method);
+  section.read("method", id<someip::MethodId>(0x7fff), how.id);
+  section.read("event", as<someip::MethodId>(id_number(0x8000, max_id)), how.id);
+  if (section.is_missing("method") == section.is_missing("event")) {
+    problems.error(section.mark(), "e2e: expected a 'method' or an 'event'");
+  }
   section.require("profile",
                   documents::one_of<E2eProfile>({{"1", p1},
                                                  {"2", p2},
@@ -139,33 +158,14 @@ E2eProtection read_protection(const YAML::Node& node, Problems& problems) {
   if ((how.profile == p2 || how.profile == p22) && how.data_ids.size() != 16) {
     problems.error(section.mark(), "e2e: expected 16 bytes as 'data_ids' of this profile");
   }
+  if (is_of_event(how) && is_for_methods_alone(how.profile)) {
+    problems.error(section.mark(), "e2e: expected another profile for an event: this one is for methods");
+  }
+  if (is_of_event(how) && !event_source(service, how.id)) {
+    problems.error(section.mark(), std::string{"e2e: "} + cannot_be_waited_for);
+  }
   section.finish();
   return how;
-}
-
-RequestProfile read_request(const YAML::Node& node, const char* key, Problems& problems) {
-  Section section{node, key, problems};
-  RequestProfile request;
-  section.require("method", id<someip::MethodId>(0x7fff), request.method);
-  section.read("payload", hex_bytes(), request.payload);
-  section.finish();
-  return request;
-}
-
-/// Where an event comes from that can be waited for: by unicast over UDP, when the device is told to send it,
-/// or by itself.
-std::optional<EventSource> source_of(const ServiceProfile& service, someip::MethodId event) {
-  for (const EventgroupProfile& group : service.eventgroups) {
-    const auto found = std::ranges::find(group.events, event);
-    if (!group.tcp && !group.multicast && found != group.events.end() &&
-        (group.trigger || (group.cycle && found == group.events.begin()))) {
-      return EventSource{.group = group.id,
-                         .event = event,
-                         .trigger = group.trigger,
-                         .cycle = group.cycle.value_or(Duration{0})};
-    }
-  }
-  return std::nullopt;
 }
 
 LargeProfile read_large(const YAML::Node& node, const ServiceProfile& service, Problems& problems) {
@@ -177,11 +177,8 @@ LargeProfile read_large(const YAML::Node& node, const ServiceProfile& service, P
     large.response = read_request(section.child("response"), "response", problems);
   }
   read_optional(section, "event", id<someip::MethodId>(), large.event);
-  if (large.event && !source_of(service, *large.event)) {
-    problems.error(
-        section.mark(),
-        "large: expected an event that can be waited for: of an eventgroup with a 'trigger', or the "
-        "first of one with a 'cycle', without multicast and TCP");
+  if (large.event && !event_source(service, *large.event)) {
+    problems.error(section.mark(), std::string{"large: "} + cannot_be_waited_for);
   }
   if (!service.udp_port) {
     problems.error(section.mark(), "large: expected a service with a port of UDP: TCP needs no segments");
@@ -225,8 +222,9 @@ ServiceProfile read_service(const YAML::Node& node, const std::vector<ServicePro
     service.large = read_large(section.child("large"), service, problems);
   }
   if (has(section, "e2e")) {
-    for (const YAML::Node& one : section.list("e2e", "a list of methods with end-to-end protection")) {
-      service.e2e.push_back(read_protection(one, problems));
+    for (const YAML::Node& one :
+         section.list("e2e", "a list of methods and events with end-to-end protection")) {
+      service.e2e.push_back(read_protection(one, service, problems));
     }
   }
   if (has(section, "load_balancing")) {
@@ -429,14 +427,32 @@ std::optional<EventSource> event_source(const Profile& profile) {
   return std::nullopt;
 }
 
+std::optional<EventSource> event_source(const ServiceProfile& service, someip::MethodId event) {
+  for (const EventgroupProfile& group : service.eventgroups) {
+    const auto found = std::ranges::find(group.events, event);
+    if (!group.tcp && !group.multicast && found != group.events.end() &&
+        (group.trigger || (group.cycle && found == group.events.begin()))) {
+      return EventSource{.group = group.id,
+                         .event = event,
+                         .trigger = group.trigger,
+                         .cycle = group.cycle.value_or(Duration{0})};
+    }
+  }
+  return std::nullopt;
+}
+
 std::optional<EventSource> tcp_event_source(const Profile& profile) {
   if (profile.ets) {
     return EventSource{.group = someip::EventgroupId{2},
                        .event = someip::MethodId{0x8003},
                        .trigger = someip::MethodId{0x05}};
   }
-  for (const EventgroupProfile& one : profile.service().eventgroups) {
-    if (one.tcp && !one.events.empty() && (one.cycle || (one.trigger && profile.service().udp_port))) {
+  return tcp_event_source(profile.service());
+}
+
+std::optional<EventSource> tcp_event_source(const ServiceProfile& service) {
+  for (const EventgroupProfile& one : service.eventgroups) {
+    if (one.tcp && !one.events.empty() && (one.cycle || (one.trigger && service.udp_port))) {
       return EventSource{.group = one.id,
                          .event = one.events.front(),
                          .trigger = one.trigger,
@@ -459,7 +475,7 @@ std::optional<LargeRequest> large_request(const Profile& profile) {
 
 std::optional<EventSource> large_event(const Profile& profile) {
   const auto event = profile.service().large.event;
-  return event ? source_of(profile.service(), *event) : std::nullopt;
+  return event ? event_source(profile.service(), *event) : std::nullopt;
 }
 
 std::string filled_in(const std::string& command, const Profile& profile, const std::string& programs,

@@ -67,7 +67,8 @@ struct ServiceProfile {
   std::optional<LoadBalancingProfile> load_balancing{};  ///< of its offers
   std::vector<std::string> configuration{};              ///< of its offers: "key", "key=" or "key=value"
   LargeProfile large{};
-  std::vector<E2eProtection> e2e{};  ///< methods that answer with the payload that they get
+  /// Methods that answer with the payload that they get, and events.
+  std::vector<E2eProtection> e2e{};
 };
 
 /// An eventgroup that the device subscribes to, and an event of it.
@@ -175,8 +176,13 @@ struct Profile {
 /// One of the first service; nothing: the profile tells of none.
 [[nodiscard]] std::optional<EventSource> event_source(const Profile& profile);
 
-/// The same over TCP. A trigger is called over UDP.
+/// How this event of a service can be waited for: it comes by unicast over UDP. Nothing: it cannot.
+[[nodiscard]] std::optional<EventSource> event_source(const ServiceProfile& service, someip::MethodId event);
+
+/// One of the first service over TCP. A trigger is called over UDP.
 [[nodiscard]] std::optional<EventSource> tcp_event_source(const Profile& profile);
+/// The same of any service.
+[[nodiscard]] std::optional<EventSource> tcp_event_source(const ServiceProfile& service);
 
 /// A method of the first service that takes requests in segments.
 struct LargeRequest {

@@ -100,6 +100,11 @@ std::string_view to_string(E2eProfile profile) noexcept {
   return shape_of(profile).name;
 }
 
+bool is_for_methods_alone(E2eProfile profile) noexcept {
+  return profile == E2eProfile::p4m || profile == E2eProfile::p7m || profile == E2eProfile::p8m ||
+         profile == E2eProfile::p44m;
+}
+
 std::size_t e2e_header_bytes(E2eProfile profile) noexcept {
   return shape_of(profile).header_bytes;
 }
@@ -182,8 +187,7 @@ Bytes protect(const E2eProtection& how, ByteView before, ByteView payload, std::
       append_u32(header.before_crc, id);
       break;
   }
-  if (how.profile == E2eProfile::p4m || how.profile == E2eProfile::p44m || how.profile == E2eProfile::p7m ||
-      how.profile == E2eProfile::p8m) {
+  if (is_for_methods_alone(how.profile)) {
     append_u32(header.after_crc, method_word(how, response));
   }
   Bytes covered = first;

@@ -10,9 +10,10 @@ namespace trestle::conform {
 
 enum class E2eProfile : std::uint8_t { p1, p2, p4, p4m, p5, p6, p7, p7m, p8, p8m, p11, p22, p44, p44m };
 
-/// How a method is protected, requests and responses alike. The header stands in front of the payload.
+/// How a method is protected, requests and responses alike, or an event. The header stands in front of the
+/// payload.
 struct E2eProtection {
-  someip::MethodId method{};
+  someip::MethodId id{};
   E2eProfile profile{};
   std::uint32_t data_id = 0;  ///< not of profiles 2 and 22
   Bytes data_ids{};           ///< 16, of profiles 2 and 22: one for each counter
@@ -20,8 +21,16 @@ struct E2eProtection {
   std::uint32_t source = 0;   ///< of profiles 4m, 7m, 8m and 44m
 };
 
+/// Whether an event is protected, and no method.
+[[nodiscard]] constexpr bool is_of_event(const E2eProtection& how) noexcept {
+  return (value(how.id) & 0x8000U) != 0;
+}
+
 /// "1", "4m" and so on, as profiles name them.
 [[nodiscard]] std::string_view to_string(E2eProfile profile) noexcept;
+
+/// 4m, 7m, 8m and 44m: their header says whether a message is a request or a response.
+[[nodiscard]] bool is_for_methods_alone(E2eProfile profile) noexcept;
 
 /// Of the header, in bytes.
 [[nodiscard]] std::size_t e2e_header_bytes(E2eProfile profile) noexcept;

@@ -36,6 +36,11 @@ struct Run {
 /// Somebody wants the run to end.
 struct Cancelled {};
 
+/// A case takes longer than its time budget.
+struct OverBudget {
+  std::string reason;
+};
+
 /// The device that the tester started has ended by itself.
 struct DeviceEnded {
   std::string how;
@@ -69,10 +74,10 @@ class Watch {
       throw DeviceEnded{*how};
     }
     if (until_ && Clock::now() >= *until_) {
-      // Why it takes so long nobody knows, unless it is the tester's own fault.
-      throw Ended{run_.tester.stalled() > Duration{0} ? Verdict::inconclusive : Verdict::error,
-                  fmt::format("the case is not over after {:.1f} s, which is its time budget",
-                              std::chrono::duration<double>(budget_).count())};
+      throw OverBudget{fmt::format(
+          "the case is not over after {:.1f} s, which is its time budget; a device that needs long for its "
+          "answers has a longer answer_within in its profile (timing)",
+          std::chrono::duration<double>(budget_).count())};
     }
   }
 
@@ -97,11 +102,17 @@ Attempt outcome_of(const Case& one, Trial& trial, Watch& watch) {
   } catch (const Ended& ended) {
     attempt = trial.attempt();
     attempt.differences.insert(attempt.differences.end(), ended.differences.begin(), ended.differences.end());
-    // What was noted before says more than that something else did not come, or that it takes too long.
-    if (attempt.verdict != Verdict::fail ||
-        (ended.verdict != Verdict::fail && ended.verdict != Verdict::error)) {
+    // What was noted before says more than that something else did not come.
+    if (attempt.verdict != Verdict::fail || ended.verdict != Verdict::fail) {
       attempt.verdict = ended.verdict;
       attempt.reason = ended.reason;
+    }
+  } catch (const OverBudget& over) {
+    attempt = trial.attempt();
+    // A slow tester takes longer, too: only what was noted before tells something of the device.
+    if (attempt.verdict != Verdict::fail) {
+      attempt.verdict = Verdict::inconclusive;
+      attempt.reason = over.reason;
     }
   }
   watch.done();
@@ -195,8 +206,14 @@ Attempt attempt_at(const Case& one, Run& run) {
 void write_evidence(const Case& one, const Attempt& outcome, Run& run, CaseResult& result) {
   result.evidence = one.id + ".pcapng";
   result.timeline = timeline(run.tester.packets());
-  const std::string title = fmt::format("{}: {} ({}){}{}", one.id, one.title, to_string(outcome.verdict),
-                                        outcome.reason.empty() ? "" : ": ", outcome.reason);
+  std::string title = fmt::format("{}: {} ({}){}{}", one.id, one.title, to_string(outcome.verdict),
+                                  outcome.reason.empty() ? "" : ": ", outcome.reason);
+  for (const RequirementId& id : one.requirements) {
+    title += fmt::format("\n{}: {}", id.text(), find_requirement(id.text())->summary);
+  }
+  if (!run.options.command.empty()) {
+    title += fmt::format("\nagain: {} {}", run.options.command, one.id);
+  }
   std::ofstream{run.options.folder + "/" + result.evidence, std::ios::binary}
       << pcapng(run.tester.packets(), title);
 }

@@ -39,6 +39,7 @@ struct RunOptions {
   std::string programs{};  ///< the folder of the running program
   std::string fault{};     ///< the device is started with it
   std::uint64_t seed = 1;  ///< of everything random
+  std::string command{};   ///< runs a case again when its id is appended; for evidence
   bool keep_evidence = true;
   /// Return at the first case that fails.
   bool stop_at_failure = false;

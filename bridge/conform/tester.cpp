@@ -26,7 +26,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-/// Below this, a late return of poll() is what any busy machine does.
+/// Below this, it is what any busy machine does.
 constexpr Duration tolerated_stall = 100ms;
 
 /// A socket address of either family.
@@ -156,7 +156,7 @@ struct Tester::Port {
 };
 
 Tester::Tester(const IpAddress& own, const IpAddress& group, std::uint16_t sd_port)
-    : own_{own}, group_{group}, sd_port_{sd_port} {
+    : own_{own}, group_{group}, sd_port_{sd_port}, ran_{Clock::now()} {
   auto unicast = bound(sd());
   if (!send_groups_from(unicast->fd.get(), own)) {
     fail("no interface for multicast has the tester's address " + someip::to_string(own));
@@ -248,7 +248,10 @@ std::optional<PortId> Tester::connect(const Endpoint& to, Duration within) {
     return std::nullopt;
   }
   pollfd wait{.fd = fd, .events = POLLOUT, .revents = 0};
-  if (::poll(&wait, 1, static_cast<int>(within / 1ms)) != 1) {
+  runs();
+  const int ready = ::poll(&wait, 1, static_cast<int>(within / 1ms));
+  runs(within);
+  if (ready != 1) {
     return std::nullopt;
   }
   int error = 0;
@@ -293,6 +296,11 @@ void Tester::close(PortId id) {
   }
 }
 
+void Tester::close_half(PortId connection) {
+  ::shutdown(port(connection).fd.get(), SHUT_WR);
+  note_end(connection);
+}
+
 void Tester::note_end(PortId id) {
   const Port& one = port(id);
   note(true, Transport::tcp, one.local, one.peer, {}).ends = true;
@@ -335,7 +343,10 @@ void Tester::send(PortId connection, ByteView bytes) {
       bytes = bytes.subspan(static_cast<std::size_t>(sent));
     } else if (errno == EAGAIN) {
       pollfd wait{.fd = to.fd.get(), .events = POLLOUT, .revents = 0};
-      if (::poll(&wait, 1, 1000) != 1) {
+      runs();
+      const int ready = ::poll(&wait, 1, 1000);
+      runs(1s);
+      if (ready != 1) {
         return;  // the device does not read
       }
     } else {
@@ -357,14 +368,11 @@ bool Tester::receive(Duration within, const std::function<bool()>& done) {
         ids.push_back(id);
       }
     }
-    const Clock::time_point before = Clock::now();
-    const Duration left = first || until <= before ? Duration{0} : std::min<Duration>(until - before, 20ms);
+    runs();
+    const Duration left = first || until <= ran_ ? Duration{0} : std::min<Duration>(until - ran_, 20ms);
     const timespec timeout{0, static_cast<long>(left.count())};
     const int ready = ::ppoll(wait.data(), wait.size(), &timeout, nullptr);
-    const Clock::time_point after = Clock::now();
-    if (after - before > left + tolerated_stall) {
-      stalled_ = std::max<Duration>(stalled_, after - before - left);
-    }
+    runs(left);
     if (ready > 0) {
       const std::size_t known = packets_.size();
       bool ended = false;
@@ -377,7 +385,7 @@ bool Tester::receive(Duration within, const std::function<bool()>& done) {
       if ((ended || packets_.size() > known) && done()) {
         return true;
       }
-    } else if (after >= until && !first) {
+    } else if (ran_ >= until && !first) {
       return false;
     }
     if (first && done()) {
@@ -484,6 +492,7 @@ void Tester::accept(PortId id) {
 
 Packet& Tester::note(bool sent, Transport transport, const Endpoint& from, const Endpoint& to,
                      ByteView bytes) {
+  runs();
   return packets_.emplace_back(Packet{.number = packets_.size() + 1,
                                       .time = wall_now(),
                                       .sent = sent,
@@ -497,6 +506,18 @@ void Tester::forget() {
   receive_now();
   packets_.clear();
   stalled_ = Duration{0};
+}
+
+void Tester::was_elsewhere() {
+  ran_ = Clock::now();
+}
+
+void Tester::runs(Duration waited) {
+  const Clock::time_point now = Clock::now();
+  if (const Duration late = now - ran_ - waited; late > tolerated_stall) {
+    stalled_ = std::max(stalled_, late);
+  }
+  ran_ = now;
 }
 
 }  // namespace trestle::conform

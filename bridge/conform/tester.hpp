@@ -55,6 +55,8 @@ class Tester {
   [[nodiscard]] bool is_closed(PortId connection) const;
   /// What came of a message that was not whole is a packet from now on.
   void close(PortId port);
+  /// Ends our half of a TCP connection: nothing is sent on it any more, and it is still read.
+  void close_half(PortId connection);
   /// Packets tell that this TCP connection ends now, by us. That the peer ends one, they tell by themselves.
   void note_end(PortId connection);
   /// All but those of service discovery.
@@ -82,8 +84,11 @@ class Tester {
   [[nodiscard]] std::deque<Packet>& packets() noexcept { return packets_; }
   void forget();
 
-  /// The longest time that this program did not run although it wanted to, since forget().
+  /// The longest time that this program did not run although it wanted to, since forget(): it was late to
+  /// return from a wait, or much time went by between two things that it sent or waited for.
   [[nodiscard]] Duration stalled() const noexcept { return stalled_; }
+  /// What went on until now was no stall: the device was started, or a person was asked.
+  void was_elsewhere();
 
  private:
   struct Port;
@@ -98,6 +103,9 @@ class Tester {
   void note_rest(Port& from);
   void accept(PortId id);
   void send_from(const Port& from, ByteView datagram, const Endpoint& to);
+  /// This program runs now.
+  /// @param waited  so long it meant to wait since it ran last.
+  void runs(Duration waited = {});
 
   IpAddress own_;
   IpAddress group_;
@@ -108,6 +116,7 @@ class Tester {
   PortId sd_multicast_{};
   std::deque<Packet> packets_;
   Duration stalled_{0};
+  TimePoint ran_;  ///< when this program ran last
   std::function<void()> check_ = [] {};
 };
 

@@ -71,7 +71,6 @@ class Trial {
 
   const Profile& profile;
   Tester& tester;
-  Device& device;
   SdSessions& sessions;
 
   /// Everything random is drawn from this, so that the seed of a run repeats it.
@@ -260,19 +259,27 @@ class Trial {
   /// the case when it does not answer. One without services is given the time for an answer.
   void pass();
 
-  /// The event, or the case ends.
-  SeenMessage event(someip::MethodId event, std::size_t since);
+  /// The initial values of an eventgroup, whose events these are. Ends the case when one does not come.
+  /// @param subscribe  makes a right device send them, each time: it is called up to three times.
+  std::vector<SeenMessage> initial_values(const std::vector<someip::MethodId>& events,
+                                          const std::function<void()>& subscribe);
+  /// The same by a Subscribe, which is ended before it is sent again.
+  std::vector<SeenMessage> initial_values(const std::vector<someip::MethodId>& events,
+                                          const SdStimulus& subscribe);
   /// The event of the profile that can be waited for; ends the case when there is none.
   [[nodiscard]] EventSource source();
   /// A subscription to it, at our own UDP port.
   [[nodiscard]] SdStimulus subscribe(const EventSource& source, std::uint32_t ttl_s = 30);
   /// Tells the device to send it, where it does not do so by itself.
   void ask_for(const EventSource& source);
+  /// Asks for it up to three times, until `done`. One that comes by itself is waited for.
+  bool ask_for(const EventSource& source, const std::function<bool()>& done);
   /// Asks for it, and waits until it must have come.
   /// @return what came of it.
   std::vector<SeenMessage> all_events(const EventSource& source);
   /// Asks for it up to three times, and waits for it; ends the case when it does not come.
-  SeenMessage event(const EventSource& source);
+  /// @param to  the subscriber; nothing: any.
+  SeenMessage event(const EventSource& source, std::optional<Endpoint> to = {});
 
   /// Whether the device is there: it answers to a Find, or to the request of the profile if there is one, or,
   /// where it does neither, it repeats its offers; one without services subscribes to what it uses. Each way
@@ -291,8 +298,17 @@ class Trial {
   /// (restart_signs.hpp). Ends the case when it does not start.
   /// @return the place in what was received where its new life begins.
   std::size_t restart(bool at_once = false);
+  /// As the profile says, without waiting for its messages. How long that takes is no stall of the tester.
+  void stop_device(bool at_once = false);
+  void start_device();
 
  private:
+  static constexpr int tries = 3;
+  /// What the evidence says of messages that no case has asked for.
+  static constexpr const char* check = "check: is the device there?";
+  /// Offers that come more seldom are not waited for.
+  static constexpr Duration longest_cycle = std::chrono::seconds{5};
+
   template <typename T>
   static std::string text(const T& value) {
     if constexpr (std::is_same_v<T, bool>) {
@@ -321,6 +337,7 @@ class Trial {
   /// Of what the device sent to service discovery.
   [[nodiscard]] std::optional<SdSign> sign_of(Packet& packet) const;
 
+  Device& device_;
   bool finds_ = true;
   bool requests_;
   bool offers_only_ = false;

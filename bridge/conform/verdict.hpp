@@ -10,7 +10,8 @@ enum class Verdict : std::uint8_t {
   pass,
   pass_nonstrict,  ///< what was done is allowed, or only advised against; the reason says what was expected
   fail,
-  inconclusive,  ///< the tester stalled, or the device was not there before: nothing can be said
+  inconclusive,  ///< the tester stalled, the case took too long, or the device was not there before: nothing
+                 ///< can be said
   unsupported,   ///< the profile says that the device cannot do this
   error,         ///< the runner itself could not go on
 };

@@ -1,6 +1,7 @@
 #include "ets_service.hpp"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <memory>
 #include <utility>
@@ -9,6 +10,36 @@ namespace ets {
 namespace {
 
 using namespace std::chrono_literals;
+
+/// Makes the event over TCP be sent, of the second service as of the first.
+constexpr MethodId trigger_reliable{0x05};
+/// Makes each event with end-to-end protection be sent once.
+constexpr MethodId trigger_protected{0x71};
+constexpr EventgroupId group_of_protected{8};
+constexpr std::array<std::byte, 4> protected_value = values::bytes_of(0x12, 0x34, 0x56, 0x78);
+
+/// One for each profile that is not for methods alone. What the profiles count: 8 bytes of the SOME/IP
+/// header, the E2E header, four bytes of payload.
+const std::vector<sd::E2eSpec>& protected_events() {
+  constexpr std::uint32_t data_bits = (8 + 2 + 4) * 8;
+  constexpr std::array<std::uint8_t, 16> data_ids{17, 18, 19, 20, 21, 22, 23, 24,
+                                                  25, 26, 27, 28, 29, 30, 31, 32};
+  static const std::vector<sd::E2eSpec> all{
+      {.id = MethodId{0x8050}, .protect = e2e::Profile1{.data_id = 0x0124, .data_bits = data_bits}},
+      {.id = MethodId{0x8051}, .protect = e2e::Profile2{.data_id_list = data_ids, .data_bits = data_bits}},
+      {.id = MethodId{0x8052}, .protect = e2e::Profile4{.data_id = 0x0a0b'0d04}},
+      {.id = MethodId{0x8053}, .protect = e2e::Profile5{.data_id = 0x0205, .data_bits = data_bits + 8}},
+      {.id = MethodId{0x8054}, .protect = e2e::Profile6{.data_id = 0x0206}},
+      {.id = MethodId{0x8055}, .protect = e2e::Profile7{.data_id = 0x0a0b'0d07}},
+      {.id = MethodId{0x8056}, .protect = e2e::Profile8{{.data_id = 0x0a0b'0d08}}},
+      {.id = MethodId{0x8057},
+       .protect =
+           e2e::Profile11{
+               .data_id = 0x0b24, .data_id_mode = e2e::DataIdMode::nibble, .data_bits = data_bits}},
+      {.id = MethodId{0x8058}, .protect = e2e::Profile22{.data_id_list = data_ids, .data_bits = data_bits}},
+      {.id = MethodId{0x8059}, .protect = e2e::Profile44{{.data_id = 0x0a0b'0d44}}}};
+  return all;
+}
 
 /// A method that answers as ets::echo() says.
 sd::MethodSpec echoing(MethodId id) {
@@ -54,7 +85,12 @@ sd::ServiceSpec Service::description() {
       {.id = EventgroupId{7},
        .events = {event_two_receivers},
        .multicast = trestle::Endpoint{places_.event_group, static_cast<std::uint16_t>(places_.port + 11)},
-       .multicast_threshold = 2}};
+       .multicast_threshold = 2},
+      {.id = group_of_protected}};
+  for (const sd::E2eSpec& one : protected_events()) {
+    spec.eventgroups.back().events.push_back(one.id);
+    spec.e2e.push_back(one);
+  }
   spec.tcp_events = {event_reliable};
   return spec;
 }
@@ -72,6 +108,11 @@ void Service::add_methods(sd::ServiceSpec& spec) {
     }
   });
   fire_and_forget(suspend_interface, [this](const Message&) { suspend(); });
+  fire_and_forget(trigger_protected, [this](const Message&) {
+    for (const sd::E2eSpec& one : protected_events()) {
+      offer_->notify(one.id, protected_value);
+    }
+  });
   for (const Trigger& one : triggers) {
     fire_and_forget(one.method, [this, &one](const Message& request) {
       schedule_.trigger(one, request.payload, std::chrono::steady_clock::now());
@@ -147,7 +188,7 @@ void Service::wait_for_event() {
   });
 }
 
-std::vector<sd::ServiceSpec> companions(const Places& places) {
+Companions::Companions(sd::Node& node, const Places& places) {
   const auto one = [](ServiceId id, std::uint16_t instance, std::uint16_t port) {
     return sd::ServiceSpec{.service = id,
                            .instance = InstanceId{instance},
@@ -155,15 +196,26 @@ std::vector<sd::ServiceSpec> companions(const Places& places) {
                            .tcp_port = port,
                            .methods = {echoing(echo_uint8)}};
   };
-  sd::ServiceSpec second = one(second_service, 1, places.port);
-  second.options.load_balancing = sd::LoadBalancingOption{.priority = 3, .weight = 250};
-  second.configuration = {{"place", "front"}, {"place", "rear"}, {"spare", ""}, {"flag"}};
   const auto other_port = static_cast<std::uint16_t>(places.port + 2);
   sd::ServiceSpec newer = one(old_and_new, 1, other_port);
   newer.major = 2;
   newer.minor = 7;
-  return {one(service, 2, static_cast<std::uint16_t>(places.port + 1)), std::move(second),
-          one(old_and_new, 1, other_port), std::move(newer)};
+  others_.emplace_back(node, one(service, 2, static_cast<std::uint16_t>(places.port + 1)));
+  second_.emplace(node, second(one(second_service, 1, places.port)));
+  others_.emplace_back(node, one(old_and_new, 1, other_port));
+  others_.emplace_back(node, std::move(newer));
+}
+
+sd::ServiceSpec Companions::second(sd::ServiceSpec spec) {
+  spec.options.load_balancing = sd::LoadBalancingOption{.priority = 3, .weight = 250};
+  spec.configuration = {{"place", "front"}, {"place", "rear"}, {"spare", ""}, {"flag"}};
+  spec.eventgroups = {{.id = EventgroupId{2}, .events = {event_reliable}}};
+  spec.tcp_events = {event_reliable};
+  spec.methods.push_back(
+      {trigger_reliable,
+       [this](const Message&, const sd::Responder&) { second_->notify(event_reliable, values::number_43); },
+       MethodKind::fire_and_forget});
+  return spec;
 }
 
 }  // namespace ets

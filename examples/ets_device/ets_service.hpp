@@ -45,7 +45,17 @@ class Service {
 };
 
 /// Each with one echo: the same service once more, as instance 2; the second service, whose offer says more
-/// than those of the others; and a service in two major versions.
-[[nodiscard]] std::vector<sd::ServiceSpec> companions(const Places& places);
+/// than those of the others, and which sends an event over TCP when it is triggered; and a service in two
+/// major versions.
+class Companions {
+ public:
+  Companions(sd::Node& node, const Places& places);
+
+ private:
+  [[nodiscard]] sd::ServiceSpec second(sd::ServiceSpec spec);
+
+  std::optional<sd::Offer> second_;
+  std::vector<sd::Offer> others_;
+};
 
 }  // namespace ets

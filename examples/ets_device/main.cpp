@@ -75,10 +75,7 @@ int main(int argc, char** argv) try {
   const ets::Places places{.address = config.address, .event_group = address("--event-group")};
   ets::Client client{node};
   const ets::Service service{io, node, places, client};
-  std::vector<trestle::sd::Offer> others;
-  for (trestle::sd::ServiceSpec& spec : ets::companions(places)) {
-    others.emplace_back(node, std::move(spec));
-  }
+  const ets::Companions companions{node, places};
   boost::asio::signal_set stop{io, SIGINT, SIGTERM};
   stop.async_wait([&](auto, int) {
     node.shutdown();

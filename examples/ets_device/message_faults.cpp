@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
@@ -9,6 +10,39 @@ namespace {
 
 /// Methods that have answered E_E2E_REPEATED.
 std::set<unsigned> with_repeated_counter;
+
+/// Where the counter of an event with end-to-end protection stands, or its lowest byte, and how many values
+/// that has.
+struct CounterPlace {
+  std::size_t at;
+  unsigned values;
+};
+
+/// In each event with end-to-end protection, 0x8050 to 0x8059.
+Out protected_event(std::function<void(Bytes&, CounterPlace)> change) {
+  return event([=](Outgoing& out) {
+    // Profiles 1, 2, 4, 5, 6, 7, 8, 11, 22, 44.
+    constexpr std::array<CounterPlace, 10> places{{{17, 15},
+                                                   {17, 16},
+                                                   {19, 256},
+                                                   {18, 256},
+                                                   {20, 256},
+                                                   {31, 256},
+                                                   {27, 256},
+                                                   {17, 15},
+                                                   {17, 16},
+                                                   {19, 256}}};
+    const unsigned id = u16(out.bytes, 2);
+    if (id >= 0x8050 && id < 0x8050 + places.size()) {
+      change(out.bytes, places[id - 0x8050]);
+    }
+  });
+}
+
+void set_counter(Bytes& bytes, CounterPlace place, unsigned counter) {
+  const unsigned beside = place.values <= 16 ? bytes[place.at] & 0xf0U : 0U;
+  bytes[place.at] = static_cast<std::uint8_t>(beside | counter);
+}
 
 }  // namespace
 
@@ -268,6 +302,35 @@ std::vector<Fault> message_faults() {
            in.answers.push_back(back);
          }
        }},
+      // Events 0x8050 to 0x8059.
+      {"e2e-event-crc", "e2e.*.event", "protected events have a CRC that does not fit",
+       protected_event([](Bytes& b, CounterPlace) { b.back() ^= 1U; })},
+      {"e2e-event-bare", "e2e.*.event,e2e.*.event-counter", "protected events have no E2E header",
+       protected_event([](Bytes& b, CounterPlace) {
+         b.erase(b.begin() + 16, b.end() - 4);
+         set32(b, 4, static_cast<unsigned>(b.size() - 8));
+       })},
+      {"e2e-event-counter-stuck", "e2e.*.event-counter", "protected events have one counter for ever",
+       protected_event([](Bytes& b, CounterPlace place) { set_counter(b, place, 7); })},
+      {"e2e-event-counts-copies", "e2e.*.event-for-two",
+       "protected events count for each subscriber that they go to",
+       protected_event([](Bytes& b, CounterPlace place) {
+         static std::map<unsigned, unsigned> copies;
+         set_counter(b, place, copies[u16(b, 2)]++ % place.values);
+       })},
+      {"e2e-event-never-zero", "e2e.*.event-wrap", "protected events count to 15 after their last counter",
+       protected_event([](Bytes& b, CounterPlace place) {
+         if (place.values <= 16 && (b[place.at] & 0x0fU) == 0) {
+           set_counter(b, place, 15);
+         }
+       })},
+      {"e2e-event-data-id", "e2e.profile4.event,e2e.profile44.event,e2e.profile7.event,e2e.profile8.event",
+       "protected events that have their Data ID in the header have another one",
+       protected_event([](Bytes& b, CounterPlace place) {
+         if (place.values == 256 && b.size() >= 16 + 12 + 4) {
+           b[b.size() - 4 - (u16(b, 2) == 0x8052 || u16(b, 2) == 0x8059 ? 5U : 1U)] ^= 1U;
+         }
+       })},
 
       // TCP.
       {"tcp-silent", "tcp", "nothing is answered over TCP",
@@ -285,6 +348,9 @@ std::vector<Fault> message_faults() {
            out.copies = 0;
          }
        }},
+      {"tcp-second-service-events", "tcp.services.events-of-two",
+       "the second service sends no events over TCP",
+       event([](Outgoing& out) { out.copies = out.stream && u16(out.bytes, 0) == 0x0102 ? 0 : 1; })},
       {"tcp-payload-changed", "tcp.echo", "responses over TCP have another payload",
        [](Outgoing& out) {
          if (out.stream && is_response(out.bytes) && out.bytes.size() > 16) {

@@ -404,6 +404,7 @@ class Testability(unittest.TestCase):
             "the profile names no eventgroup over TCP that the device uses",
             "no service with load balancing",
             "no service with a configuration",
+            "no event with end-to-end protection (e2e: event)",
             "the profile has no way to stop and start the device",
             "the profile says that Finds are answered by unicast (policy: multicast_find_answers)"})
 

@@ -2,7 +2,6 @@
 
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/cases/our_service.hpp"
-#include "bridge/conform/device.hpp"
 
 namespace trestle::conform {
 namespace {
@@ -448,13 +447,7 @@ void add_client_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              OurService ours{t, used_service(t, false)};
-             const std::size_t since = t.now();
-             ours.offer(1);
-             const auto first = ours.subscribe_since(since, t.profile.timing.answer_within);
-             if (!first) {
-               t.missing("no SubscribeEventgroup in answer to an offer", "a SubscribeEventgroup");
-             }
-             ours.answer(*first);
+             ours.answer(ours.subscribed_to(ours.offer_message(1)));
              t.tester.receive(1500ms, [] { return false; });
              const SeenEntry again = ours.subscribed();
              if (t.profile.policy.explicit_initial_data) {
@@ -489,13 +482,13 @@ void add_client_cases(Cases& cases) {
              ours.answer(ours.subscribed());
              t.pass();
              const std::size_t since = t.now();
-             t.device.stop();
+             t.stop_device();
              const auto seen =
                  t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
                    return one.entry.kind() == sd::EntryKind::stop_subscribe_eventgroup &&
                           one.entry.service == ours.used().service;
                  });
-             t.device.start();
+             t.start_device();
              if (!t.await_entry(t.now(), t.profile.timing.ready_within, t.is_start())) {
                t.missing("the device says nothing of its service after it was started", "an SD message");
              }

@@ -79,20 +79,26 @@ Endpoint receiver(Trial& t, OurService& ours) {
          seen.packet);
 }
 
-/// The last value is asked for again and again, until it is the right one.
-void expect_last_value(Trial& t, std::uint16_t getter, unsigned expected) {
+/// Sends an event up to three times, until the device says that its value was the last one. For that it is
+/// asked again and again.
+void expect_last_value(Trial& t, std::uint16_t getter, unsigned expected,
+                       const std::function<void()>& notify) {
+  const std::string wanted = fmt::format("{:02x}", expected);
   std::string seen;
   Packet* packet = nullptr;
-  for (int count = 0; count < 20; ++count) {
-    const SeenMessage answer = t.good_answer_to(t.call(someip::MethodId{getter}));
-    seen = hex(answer.message.payload);
-    packet = answer.packet;
-    if (seen == fmt::format("{:02x}", expected)) {
-      return;
+  const auto notify_and_look = [&] {
+    notify();
+    for (int count = 0; count < 10 && seen != wanted; ++count) {
+      const SeenMessage answer = t.good_answer_to(t.call(someip::MethodId{getter}));
+      seen = hex(answer.message.payload);
+      packet = answer.packet;
+      t.tester.receive(seen == wanted ? Duration{0} : t.profile.timing.answer_within / 20,
+                       [] { return false; });
     }
-    t.tester.receive(t.profile.timing.answer_within / 20, [] { return false; });
+  };
+  if (!t.ask(notify_and_look, Duration{0}, [&] { return seen == wanted; })) {
+    t.equal("last value", wanted, seen, packet);
   }
-  t.equal("last value", fmt::format("{:02x}", expected), seen, packet);
 }
 
 /// The connection that the device has made; ends the case when there is none.
@@ -230,8 +236,8 @@ void add_ets_client_cases(Cases& cases) {
                      subscribed_all(t, ours, false);
                      const Endpoint to = receiver(t, ours);
                      for (const std::uint8_t value : {std::uint8_t{0x35}, std::uint8_t{0x53}}) {
-                       ours.notify(ours.used().udp->event, value, to);
-                       expect_last_value(t, 0x3c, value);
+                       expect_last_value(t, 0x3c, value,
+                                         [&] { ours.notify(ours.used().udp->event, value, to); });
                      }
                    })},
       {.id = "client.ets.event.multicast",
@@ -252,8 +258,8 @@ void add_ets_client_cases(Cases& cases) {
                      group.port = static_cast<std::uint16_t>(group.port + 100);
                      subscribed_all(t, ours, false, group);
                      for (const std::uint8_t value : {std::uint8_t{0x36}, std::uint8_t{0x63}}) {
-                       ours.notify(ours.used().multicast->event, value, group);
-                       expect_last_value(t, 0x3d, value);
+                       expect_last_value(t, 0x3d, value,
+                                         [&] { ours.notify(ours.used().multicast->event, value, group); });
                      }
                    })},
       {.id = "client.ets.event.tcp",
@@ -273,8 +279,7 @@ void add_ets_client_cases(Cases& cases) {
              ours.answer(seen);
              t.pass();
              for (const std::uint8_t value : {std::uint8_t{0x37}, std::uint8_t{0x73}}) {
-               ours.notify(ours.used().tcp->event, value, made);
-               expect_last_value(t, 0x3b, value);
+               expect_last_value(t, 0x3b, value, [&] { ours.notify(ours.used().tcp->event, value, made); });
              }
            },
            Over::tcp)},
@@ -346,8 +351,7 @@ void add_ets_client_cases(Cases& cases) {
                      ours.move();
                      subscribed_all(t, ours, false);
                      const Endpoint to = receiver(t, ours);
-                     ours.notify(ours.used().udp->event, 0x2b, to);
-                     expect_last_value(t, 0x3c, 0x2b);
+                     expect_last_value(t, 0x3c, 0x2b, [&] { ours.notify(ours.used().udp->event, 0x2b, to); });
                    })},
       {.id = "client.ets.reboot.tcp",
        .title = "connects and subscribes again to a server that was restarted",
@@ -362,12 +366,8 @@ void add_ets_client_cases(Cases& cases) {
              connection(t, ours, 1);
              t.pass();
              ours.reboot();
-             const std::size_t since = t.now();
-             ours.offer();
+             ours.subscribed(ours.used().tcp->id);
              connection(t, ours, 2);
-             if (!ours.subscribe_since(since, t.profile.timing.answer_within, ours.used().tcp->id)) {
-               t.missing("no SubscribeEventgroup after the restart of the server", "a SubscribeEventgroup");
-             }
            },
            Over::tcp)},
   };

@@ -468,14 +468,12 @@ void fire(Trial& t, std::uint16_t method) {
 /// Suspends the service, and waits until it is back. Ends the case when it does not go, or does not come
 /// back.
 SeenEntry suspended(Trial& t) {
-  const std::size_t since = t.now();
-  fire(t, 0x02);
-  const auto stop = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& seen) {
-    return seen.entry.kind() == sd::EntryKind::stop_offer_service &&
-           seen.entry.service == t.profile.service().service &&
-           seen.entry.instance == t.profile.service().instance;
-  });
-  if (!stop) {
+  if (!t.asked_for([&] { fire(t, 0x02); },
+                   [&](const SeenEntry& seen) {
+                     return seen.entry.kind() == sd::EntryKind::stop_offer_service &&
+                            seen.entry.service == t.profile.service().service &&
+                            seen.entry.instance == t.profile.service().instance;
+                   })) {
     t.missing("no StopOfferService after suspendInterface", "a StopOfferService");
   }
   const auto offer = t.await_entry(t.tester.packets().size(), t.profile.timing.ready_within,

@@ -40,17 +40,18 @@ SeenMessage any_notification(Trial& t) {
   t.acknowledged(t.subscribe(source));
   t.pass();
   const std::size_t since = t.now();
-  t.ask_for(source);
-  const Duration within = t.profile.timing.answer_within + 2 * source.cycle;
-  const auto seen = t.await_message(since, within, [&](const SeenMessage& one) {
-    return one.message.header.service == t.profile.service().service &&
-           (value(one.message.header.method) & 0x7fffU) == (value(source.event) & 0x7fffU) &&
-           one.packet->to == t.tester.local(t.udp());
-  });
-  if (!seen) {
+  std::vector<SeenMessage> found;
+  if (!t.ask_for(source, [&] {
+        found = t.messages_since(since, [&](const SeenMessage& one) {
+          return one.message.header.service == t.profile.service().service &&
+                 (value(one.message.header.method) & 0x7fffU) == (value(source.event) & 0x7fffU) &&
+                 one.packet->to == t.tester.local(t.udp());
+        });
+        return !found.empty();
+      })) {
     t.missing("no event comes", "an event");
   }
-  return *seen;
+  return found.front();
 }
 
 /// An eventgroup that goes from unicast to multicast, and one of its events with so many subscribers, each at
@@ -76,15 +77,13 @@ void nothing(Trial&, const SeenMessage&) {}
 void initial(Trial& t, bool all) {
   const EventgroupProfile& group =
       t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
-  const std::size_t since = t.now();
-  t.acknowledged(t.subscribe(group));
-  for (const someip::MethodId event : group.events) {
-    const SeenMessage seen = t.event(event, since);
+  std::vector<someip::MethodId> events = group.events;
+  if (!all) {
+    events.resize(1);
+  }
+  for (const SeenMessage& seen : t.initial_values(events, t.subscribe(group))) {
     t.require(seen.packet->to == t.tester.local(t.udp()), "receiver", "the subscriber, by unicast", "another",
               seen.packet);
-    if (!all) {
-      return;
-    }
   }
 }
 
@@ -165,11 +164,24 @@ void add_event_cases(Cases& cases) {
              t.acknowledged(stimulus);
              t.acknowledged(stimulus);
              const std::size_t since = t.now();
-             send_trigger(t, 0x03);
-             t.event(event_uint8, since);
+             std::size_t asked = 0;
+             std::vector<SeenMessage> seen;
+             const auto has_come = [&] {
+               seen = t.messages_since(since, t.is_event(event_uint8));
+               return !seen.empty();
+             };
+             if (!t.ask(
+                     [&] {
+                       ++asked;
+                       send_trigger(t, 0x03);
+                     },
+                     has_come)) {
+               t.missing("the event does not come", "one event");
+             }
              t.pass();
-             const auto seen = t.messages_since(since, t.is_event(event_uint8));
-             t.equal("events", std::size_t{1}, seen.size(), seen.back().packet);
+             has_come();
+             t.require(seen.size() <= asked, "events", std::to_string(asked), std::to_string(seen.size()),
+                       seen.back().packet);
            }},
       {.id = "event.array",
        .title = "sends an array as an event",
@@ -283,11 +295,9 @@ void add_event_cases(Cases& cases) {
            [](Trial& t) {
              const EventgroupProfile& group =
                  t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
-             std::size_t since = t.now();
-             t.acknowledged(t.subscribe(group));
-             t.event(group.events.front(), since);
+             t.initial_values({group.events.front()}, t.subscribe(group));
              t.pass();
-             since = t.now();
+             const std::size_t since = t.now();
              t.acknowledged(t.subscribe(group));
              t.pass();
              for (const SeenMessage& seen : t.messages_since(since, t.is_event(group.events.front()))) {
@@ -308,17 +318,24 @@ void add_event_cases(Cases& cases) {
                    "the eventgroup of the field is not the first over UDP with initial_values: true");
              }
              const someip::MethodId notifier = group.events.front();
-             std::size_t since = t.now();
-             t.acknowledged(t.subscribe(group));
-             t.event(notifier, since);
+             t.initial_values({notifier}, t.subscribe(group));
              Bytes other = field.value;
              other.back() ^= std::byte{0x5a};
-             t.good_answer_to(t.call(field.setter, other));
-             t.pass();
-             since = t.now();
-             t.good_answer_to(t.call(field.setter, field.value));
-             const SeenMessage seen = t.event(notifier, since);
-             t.equal("value", hex(field.value), hex(seen.message.payload), seen.packet);
+             std::size_t since = 0;
+             std::vector<SeenMessage> seen;
+             const auto change = [&] {
+               t.good_answer_to(t.call(field.setter, other));
+               t.pass();
+               since = t.now();
+               t.good_answer_to(t.call(field.setter, field.value));
+             };
+             if (!t.ask(change, [&] {
+                   seen = t.messages_since(since, t.is_event(notifier));
+                   return !seen.empty();
+                 })) {
+               t.missing("no event tells the new value", "an event");
+             }
+             t.equal("value", hex(field.value), hex(seen.front().message.payload), seen.front().packet);
            }},
   };
   cases.insert(cases.end(), all.begin(), all.end());

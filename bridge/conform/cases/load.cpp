@@ -146,7 +146,6 @@ void many_subscribers(Trial& t) {
     t.missing("none of the subscribers is accepted", "a SubscribeEventgroupAck");
   }
   const std::size_t since = t.now();
-  t.ask_for(source);
   const auto events = [&] { return t.messages_since(since, t.is_event(source.event)); };
   const auto served = [&] {
     const auto seen = events();
@@ -155,7 +154,13 @@ void many_subscribers(Trial& t) {
     });
   };
   const auto all = static_cast<std::ptrdiff_t>(accepted.size());
-  t.tester.receive(2 * source.cycle + 2 * t.profile.timing.answer_within, [&] { return served() == all; });
+  std::size_t asked = 0;
+  const auto ask = [&] {
+    ++asked;
+    t.ask_for(source);
+  };
+  const auto are_served = [&] { return served() == all; };
+  (void)(source.trigger ? t.ask(ask, are_served) : t.ask_for(source, are_served));
   t.pass();
   t.equal("subscribers that got the event", all, served(), nullptr);
   std::size_t others = 0;
@@ -164,18 +169,23 @@ void many_subscribers(Trial& t) {
   }
   t.equal("events to subscribers that were refused", std::size_t{0}, others, nullptr);
   if (source.trigger) {
-    t.equal("events", accepted.size(), events().size(), nullptr);
+    t.require(events().size() <= asked * accepted.size(), "events",
+              fmt::format("{} at most", asked * accepted.size()), std::to_string(events().size()), nullptr);
   }
 }
 
-/// @param bytes  what is sent on each of the connections.
-void many_connections(Trial& t, int count, ByteView bytes) {
+/// @param bytes   what is sent on each of the connections.
+/// @param closed  and then our half of it is closed.
+void many_connections(Trial& t, int count, ByteView bytes, bool closed = false) {
   std::vector<PortId> open;
   for (int number = 0; number < count; ++number) {
     if (const auto one = t.tester.connect(t.tcp_of(t.profile.service()), t.profile.timing.answer_within)) {
       open.push_back(*one);
       if (!bytes.empty()) {
         t.tester.send(*one, bytes);
+      }
+      if (closed) {
+        t.tester.close_half(*one);
       }
     }
   }
@@ -279,6 +289,16 @@ void add_load_cases(Cases& cases) {
            [](Trial& t) {
              const Bytes whole = t.request().encode();
              many_connections(t, 10, ByteView{whole}.first(8));
+           }},
+      {.id = "load.half-open.closed",
+       .title = "survives TCP connections of which the other half is closed before a message is whole",
+       .requirements = {"feat_req_someip_644", "feat_req_someip_585"},
+       .needs = Need::tcp | Need::request,
+       .budget = 60s,
+       .run =
+           [](Trial& t) {
+             const Bytes whole = t.request().encode();
+             many_connections(t, 10, ByteView{whole}.first(whole.size() - 1), true);
            }},
       {.id = "load.half-open.message",
        .title =

@@ -222,13 +222,10 @@ void add_sd_option_cases(Cases& cases) {
              if (!t.profile.policy.explicit_initial_data) {
                t.unsupported("the profile says that explicit initial data is not known");
              }
-             std::size_t since = t.now();
-             t.acknowledged(asking(t, true, true));
-             t.event(with_values(t).events.front(), since);
+             const SdStimulus subscribe = asking(t, true, true);
+             t.initial_values({with_values(t).events.front()}, subscribe);
              t.pass();
-             since = t.now();
-             t.acknowledged(asking(t, true, true));
-             t.event(with_values(t).events.front(), since);
+             t.initial_values({with_values(t).events.front()}, [&] { t.acknowledged(subscribe); });
            }},
       {.id = "sd.initial-data.not-asked",
        .title = "sends no initial values to whom knows explicit initial data and does not ask for it",
@@ -249,11 +246,9 @@ void add_sd_option_cases(Cases& cases) {
        .needs = values,
        .run =
            [](Trial& t) {
-             std::size_t since = t.now();
-             t.acknowledged(asking(t, false, false));
-             t.event(with_values(t).events.front(), since);
+             t.initial_values({with_values(t).events.front()}, asking(t, false, false));
              t.pass();
-             since = t.now();
+             const std::size_t since = t.now();
              t.acknowledged(asking(t, false, true));
              no_value_since(t, since, "as the subscription is renewed, and the flag is clear");
            }},

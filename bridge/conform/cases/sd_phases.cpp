@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include "bridge/conform/cases/all_cases.hpp"
-#include "bridge/conform/device.hpp"
 #include "bridge/conform/trial.hpp"
 
 namespace trestle::conform {
@@ -9,13 +8,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using enum Level;
-
-/// Gets initial events by a subscription, so that it is known that the device has it.
-void subscribed(Trial& t, const SdStimulus& stimulus, someip::MethodId event) {
-  const std::size_t since = t.now();
-  t.acknowledged(stimulus);
-  t.event(event, since);
-}
 
 std::vector<SeenEntry> multicast_offers(Trial& t, std::size_t since) {
   return t.entries_since(since, [&](const SeenEntry& seen) {
@@ -108,13 +100,13 @@ std::vector<Gap> cyclic(Trial& t) {
 
 void stop_offer(Trial& t) {
   const std::size_t since = t.now();
-  t.device.stop();
+  t.stop_device();
   const auto seen = t.await_entry(since, t.profile.timing.answer_within, [&](const SeenEntry& one) {
     return one.entry.kind() == sd::EntryKind::stop_offer_service &&
            one.entry.service == t.profile.service().service &&
            one.entry.instance == t.profile.service().instance;
   });
-  t.device.start();
+  t.start_device();
   if (!t.await_entry(t.now(), t.profile.timing.ready_within, Trial::is_offer(t.profile.service()))) {
     t.missing("the device does not offer its service after it was started", "an OfferService");
   }
@@ -246,9 +238,12 @@ void add_sd_phase_cases(Cases& cases) {
              const EventgroupProfile& group =
                  t.eventgroup([](const EventgroupProfile& one) { return one.initial_values && !one.tcp; });
              const SdStimulus stimulus = t.subscribe(group);
-             subscribed(t, stimulus, group.events.front());
-             t.sessions.reboot();
-             subscribed(t, stimulus, group.events.front());
+             t.initial_values({group.events.front()}, stimulus);
+             t.initial_values({group.events.front()}, [&] {
+               t.pass();  // another Session ID than after the last restart
+               t.sessions.reboot();
+               t.acknowledged(stimulus);
+             });
            }},
       {.id = "sd.reboot.by-unicast-and-multicast",
        .title = "acknowledges the subscriptions of a client before and after its restart",

@@ -206,14 +206,10 @@ void add_sd_subscribe_cases(Cases& cases) {
        .run =
            [](Trial& t) {
              for (const EventgroupProfile& one : t.profile.service().eventgroups) {
-               if (!one.tcp) {
-                 const std::size_t since = t.now();
+               if (one.initial_values && !one.tcp) {
+                 t.initial_values(one.events, t.subscribe(one));
+               } else if (!one.tcp) {
                  t.acknowledged(t.subscribe(one));
-                 for (const someip::MethodId event : one.events) {
-                   if (one.initial_values) {
-                     t.event(event, since);
-                   }
-                 }
                }
              }
            }},

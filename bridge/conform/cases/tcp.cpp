@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "bridge/conform/cases/all_cases.hpp"
 #include "bridge/conform/trial.hpp"
 
@@ -86,6 +88,44 @@ void resynchronises(Trial& t) {
   }
   t.nonstrict("the device closes the connection, and does not look for the next Magic Cookie");
   still_serves(t);
+}
+
+/// Events of the first service and of another one at the same port, for subscriptions with one connection.
+void events_of_two(Trial& t) {
+  const ServiceProfile& first = t.profile.service();
+  const auto second = std::ranges::find_if(t.profile.services, [&](const ServiceProfile& one) {
+    return one.service != first.service && one.tcp_port == first.tcp_port && tcp_event_source(one);
+  });
+  if (second == t.profile.services.end()) {
+    t.unsupported(
+        "no second service at the TCP port of the first has an event over TCP that can be waited for");
+  }
+  const EventSource own = tcp_event_source(t.profile).value_or(EventSource{});
+  const EventSource other = tcp_event_source(*second).value_or(EventSource{});
+  const PortId connection = t.tcp();
+  const Bytes endpoint = endpoint_option(t.tester.local(connection), Transport::tcp);
+  t.acknowledged(t.subscribe(first, own.group, {endpoint}));
+  t.acknowledged(t.subscribe(*second, other.group, {endpoint}));
+  t.event(own, t.tester.local(connection));
+  const std::size_t since = t.now();
+  const auto trigger = [&] {
+    Call call = t.request(*second);
+    call.method = other.trigger.value_or(someip::MethodId{});
+    call.payload.clear();
+    call.type = someip::MessageType::request_no_return;
+    t.send(call, t.udp_of(*second), t.udp());
+  };
+  const auto has_come = [&] {
+    return !t.messages_since(since, [&](const SeenMessage& seen) {
+               return seen.message.header.service == second->service &&
+                      seen.message.header.method == other.event &&
+                      seen.packet->to == t.tester.local(connection);
+             }).empty();
+  };
+  if (!(other.trigger ? t.ask(trigger, has_come)
+                      : t.tester.receive(2 * other.cycle + 2 * t.profile.timing.answer_within, has_come))) {
+    t.missing("no event of the second service comes on the connection", "an event of each of two services");
+  }
 }
 
 }  // namespace
@@ -183,6 +223,12 @@ void add_tcp_cases(Cases& cases) {
              }
              t.unsupported("no two services share a TCP port");
            }},
+      {.id = "tcp.services.events-of-two",
+       .title = "sends events of two services on one connection",
+       .requirements = {"feat_req_someip_645", "feat_req_someipsd_788"},
+       .tc8 = {"SOMEIPSRV_RPC_02"},
+       .needs = Need::tcp_event | Need::tcp | Need::two_services,
+       .run = events_of_two},
       {.id = "tcp.instances.own-ports",
        .title = "serves each instance at its own TCP port",
        .requirements = {"feat_req_someip_644", "feat_req_someip_445"},

@@ -198,6 +198,7 @@ int run(const Arguments& arguments) {
       {.folder = arguments.folder,
        .programs = programs(),
        .seed = arguments.seed,
+       .command = info.command,
        .cancelled = begun->cancelled(),
        .on_begin = [&](const Case& one) { progress.begin(one.id); },
        .on_end =

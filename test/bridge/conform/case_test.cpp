@@ -128,6 +128,23 @@ TEST(Need, OfSegmentsIsMetByWhatIsLargeInEachDirection) {
   EXPECT_FALSE(unsupported(sends, profile));
 }
 
+TEST(Need, OfProtectionIsMetByMethodsOrByEvents) {
+  Profile profile;
+  profile.services.push_back({.service = someip::ServiceId{1}, .udp_port = std::uint16_t{30501}});
+  Case calls = sample();
+  calls.needs = Need::e2e;
+  Case listens = sample();
+  listens.needs = Need::e2e_event;
+  EXPECT_TRUE(unsupported(calls, profile));
+  EXPECT_TRUE(unsupported(listens, profile));
+  profile.services.front().e2e = {{.id = someip::MethodId{0x8001}}};
+  EXPECT_TRUE(unsupported(calls, profile));
+  EXPECT_FALSE(unsupported(listens, profile));
+  profile.services.front().e2e = {{.id = someip::MethodId{1}}};
+  EXPECT_FALSE(unsupported(calls, profile));
+  EXPECT_TRUE(unsupported(listens, profile));
+}
+
 TEST(Stimulus, IsRightUnlessItIsToBeWrong) {
   SdStimulus find{.entries = {{.service = someip::ServiceId{0x1234},
                                .instance = someip::InstanceId{1},

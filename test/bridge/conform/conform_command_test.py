@@ -53,6 +53,8 @@ class Conform(unittest.TestCase):
         for one in results["cases"]:
             capture = (self.folder / one["evidence"]).read_bytes()
             self.assertEqual(capture[:4], b"\x0a\x0d\x0d\x0a")
+            self.assertIn(f"{one['id']}: {one['title']} (pass)\n{one['requirements'][0]}: ".encode(), capture)
+            self.assertIn(f"\nagain: {one['again']}".encode(), capture)
             if one["id"] == "sd.subscribe.ack.each-eventgroup":
                 # From the beginning on.
                 self.assertIn(b"check: is the device there?", capture)
@@ -129,6 +131,30 @@ class Conform(unittest.TestCase):
             self.assertEqual(found, {f"response.{name}": "fail"}, f"{large}: {fault}\n{text}")
         found, text = verdicts("{request: 2}", "whole", "tp.order.ascending", status=1)
         self.assertEqual(found, {"order.ascending": "fail"}, text)
+
+    def test_asks_again_for_events_that_get_lost(self):
+        profile = self.folder / "lossy.yaml"
+        device = pathlib.Path(__file__).parent / "large_device.py"
+        profile.write_text("name: Lossy\n"
+                           "network: {device: 127.0.77.1, tester: 127.0.77.2, multicast: 239.255.77.1}\n"
+                           "services:\n"
+                           "  - id: 0x4321\n"
+                           "    instance: 1\n"
+                           "    udp: 40321\n"
+                           "    request: {method: 1, payload: 2a}\n"
+                           "    field: {getter: 5, setter: 4, value: 5a, eventgroup: 2}\n"
+                           "    eventgroups:\n"
+                           "      - {id: 3, events: [0x8003], trigger: 4}\n"
+                           "      - {id: 2, events: [0x8002], initial_values: true}\n"
+                           "timing: {answer_within: 500 ms}\n"
+                           f"lifecycle: {{start: \"exec {sys.executable} {device} {{device}} {{multicast}} lossy\"}}\n")
+        # One after the other, each with a device that loses the first event.
+        for case in ("event.message-type", "event.initial.all", "event.initial.not-at-renewal", "event.field-changes",
+                     "sd.subscribe.ack.each-eventgroup"):
+            text = conform("run", case, "--dut", profile, *ADDRESSES, "--out", self.folder)
+            (one,) = json.loads((self.folder / "results.json").read_text())["cases"]
+            self.assertIn(one["verdict"], ("pass", "pass-nonstrict"), text)
+            self.assertGreaterEqual(one["retries"], 1, text)
 
     def test_knows_finds_that_are_answered_by_multicast(self):
         profile = self.folder / "profile.yaml"
@@ -245,10 +271,13 @@ class Conform(unittest.TestCase):
 
     def test_finds_faults(self):
         text = conform("selftest", "sd.subscribe.ack", "rpc.response", "sd.subscribe.malformed.option-length-zero",
-                       "e2e.profile4.repeated", "sd.reboot.channels", "event.initial.not-of-events", "--dut", PROFILE, *ADDRESSES,
+                       "e2e.profile4.repeated", "e2e.profile11.event*", "sd.reboot.channels", "event.initial.not-of-events", "--dut", PROFILE, *ADDRESSES,
                        "--out", self.folder, "--quick", "--fault", "ack-ttl", "--fault", "response-session", "--fault", "subscribe-any",
-                       "--fault", "e2e-repeated-ends", "--fault", "channels-mixed", "--fault", "initial-of-events")
-        self.assertIn("6 of 6 faults are found", text)
+                       "--fault", "e2e-repeated-ends", "--fault", "channels-mixed", "--fault", "initial-of-events",
+                       *(word for name in ("crc", "counter-stuck", "counts-copies", "never-zero") for word in ("--fault", f"e2e-event-{name}")))
+        self.assertIn("10 of 10 faults are found", text)
+        for name, case in (("crc", "event"), ("counter-stuck", "event-counter"), ("counts-copies", "event-for-two"), ("never-zero", "event-wrap")):
+            self.assertRegex(text, rf"found +e2e-event-{name} +\S*e2e\.profile11\.{case}\S*\n")
         self.assertRegex(text, r"found +ack-ttl +.*sd\.subscribe\.ack\.ttl")
 
     def test_tells_of_cases_that_no_fault_fails(self):

@@ -395,7 +395,7 @@ TEST(DeviceLife, TakesTheEndOfTheInputForNoAnswer) {
   Profile asking = profile();
   asking.lifecycle.ask_operator = true;
   Case restarts = nothing_to_do("a.restarts");
-  restarts.run = [](Trial& t) { t.device.restart(); };
+  restarts.run = [](Trial& t) { t.restart(); };
   const Case next = nothing_to_do("a.next");
   {
     const Person nobody{0};

@@ -3,7 +3,9 @@
 
 large_device.py ADDRESS GROUP [FAULT]: service 0x4321, instance 1, at UDP port 40321. Method 1 gives back its payload, 2 takes
 what is large and answers with nothing, 3 answers with 4000 bytes; event 0x8001 of eventgroup 1 has 4000 bytes, each 150 ms.
-FAULT is wrong with the segments that it sends: flag, session, sizes, last, reserved, twice; or whole: it takes none."""
+Method 4 sets the field 0x8002 of eventgroup 2, and makes event 0x8003 of eventgroup 3 be sent; 5 gets the field.
+FAULT is wrong with the segments that it sends: flag, session, sizes, last, reserved, twice; or whole: it takes none. Or it is
+lossy: of each event of the eventgroups 2 and 3, every other one gets lost, from the first one on."""
 import select
 import socket
 import struct
@@ -25,7 +27,8 @@ def port(address, number):
 
 sd, service, group = port(OWN, SD), port(OWN, PORT), port(GROUP, SD)
 group.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton(OWN))
-sessions, subscribers, parts = {}, {}, {}
+sessions, subscribers, parts = {}, {}, {}  # subscribers: of each eventgroup
+field, events = b"\x01", {}  # events: how many there were of each
 
 
 def send_sd(to, entry, options=b""):
@@ -48,11 +51,20 @@ def on_sd(data, peer):
             offer(peer)
         elif kind == 6:
             to = (socket.inet_ntoa(options[4:8]), struct.unpack(">H", options[10:12])[0])
+            known = subscribers.setdefault(tail & 0xffff, set())
             if version & 0xffffff:
                 send_sd(peer, struct.pack(">BBBBHHII", 7, 0, 0, 0, SERVICE, 1, version, tail))
-                subscribers[to] = True
+                if tail & 0xffff == 2 and to not in known:
+                    notify(to, 0x8002, field)
+                known.add(to)
             else:
-                subscribers.pop(to, None)
+                known.discard(to)
+
+
+def notify(to, event, payload):
+    events[event] = events.get(event, 0) + 1
+    if FAULT != "lossy" or events[event] % 2 == 0:
+        send(to, event, 0, events[event], 0x02, payload)
 
 
 def send(to, method, client, session, kind, payload):
@@ -91,8 +103,14 @@ def on_request(data, peer):
             return
         payload = b"".join(pieces[at] for at in sorted(pieces))
         del parts[key]
+    if method == 4:
+        global field
+        field = payload or field
+        for number, event, value in ((2, 0x8002, field), (3, 0x8003, b"\x07")):
+            for to in subscribers.get(number, ()):
+                notify(to, event, value)
     if kind in (0x00, 0x20):
-        send(peer, method, client, session, 0x80, {1: payload, 3: LARGE}.get(method, b""))
+        send(peer, method, client, session, 0x80, {1: payload, 3: LARGE, 4: field, 5: field}.get(method, b""))
 
 
 next_offer = next_event = time.monotonic()
@@ -104,7 +122,7 @@ while True:
         next_offer = now + 1
     if now >= next_event:
         count, next_event = count % 0xff00 + 16, now + 0.15
-        for to in subscribers:
+        for to in subscribers.get(1, ()):
             send(to, EVENT, 0, count, 0x02, LARGE)
     for one in select.select([sd, service, group], [], [], max(0, min(next_offer, next_event) - now))[0]:
         data, peer = one.recvfrom(65536)

@@ -125,6 +125,30 @@ TEST(Profile, WantsALargeEventThatCanBeWaitedFor) {
   }
 }
 
+TEST(Profile, SaysHowMethodsAndEventsAreProtected) {
+  const std::string groups = "    eventgroups: [{id: 1, events: [0x8001, 0x8002], cycle: 100 ms}]\n";
+  const auto profile = read_profile(std::string{small} + groups + R"(    e2e:
+      - {method: 2, profile: "4m", data_id: 7, source: 5}
+      - {event: 0x8001, profile: "11", data_id: 0x123, nibble: true}
+)",
+                                    "p.yaml");
+  ASSERT_TRUE(profile);
+  ASSERT_EQ(profile->service().e2e.size(), 2U);
+  EXPECT_FALSE(is_of_event(profile->service().e2e[0]));
+  EXPECT_TRUE(is_of_event(profile->service().e2e[1]));
+  EXPECT_EQ(profile->service().e2e[1].id, someip::MethodId{0x8001});
+  for (const auto& [line, problem] : std::vector<std::pair<const char*, const char*>>{
+           {"{profile: \"1\"}", "a 'method' or an 'event'"},
+           {"{method: 2, event: 0x8001, profile: \"1\"}", "a 'method' or an 'event'"},
+           {"{event: 0x7001, profile: \"1\"}", "0x8000"},
+           {"{event: 0x8001, profile: \"7m\"}", "this one is for methods"},
+           {"{event: 0x8002, profile: \"1\"}", "an event that can be waited for"}}) {
+    EXPECT_THAT(errors_of(small + groups + "    e2e: [" + line + "]\n"),
+                ElementsAre(testing::AllOf(testing::StartsWith("p.yaml:8:"), testing::HasSubstr(problem))))
+        << line;
+  }
+}
+
 TEST(Profile, FillsInCommands) {
   const auto profile = read_profile(small, "p.yaml");
   ASSERT_TRUE(profile);
