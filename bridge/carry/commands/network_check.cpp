@@ -41,7 +41,7 @@ class Look {
       }
     }
     for (const auto& [service, instance, major] : wanted) {
-      node_.require({.service = service, .instance = instance, .major = major, .minor = any_minor});
+      node_.require({.service = service, .instance = instance, .major = major, .minor = sd::any_minor});
     }
   }
 

@@ -24,8 +24,8 @@ using someip::value;
 
 /// Of a route or a method.
 std::string version(const auto& carried) {
-  return carried.minor == any_minor ? fmt::format("{}.any", carried.major)
-                                    : fmt::format("{}.{}", carried.major, carried.minor);
+  return carried.minor == sd::any_minor ? fmt::format("{}.any", carried.major)
+                                        : fmt::format("{}.{}", carried.major, carried.minor);
 }
 
 std::string port(const Route& route) {

@@ -30,6 +30,7 @@
 #include "dds_adapter/participant.hpp"
 #include "sd/core/settings.hpp"
 #include "sd/net/access.hpp"
+#include "sd/wire/entry.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/net/tls.hpp"
 #include "someip/wire/endpoint.hpp"
@@ -122,9 +123,6 @@ struct TpSettings : someip::TpPacing {
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
 };
 
-/// The minor version of a client that accepts every minor version.
-inline constexpr std::uint32_t any_minor = 0xffff'ffff;
-
 /// Where an eventgroup's events go when many want them.
 struct MulticastSettings {
   Endpoint group;
@@ -179,7 +177,7 @@ struct Route {
   someip::EventgroupId eventgroup{};
   someip::MethodId event{};
   std::uint8_t major = 1;
-  std::uint32_t minor = 0;  ///< someip_to_dds: perhaps any_minor
+  std::uint32_t minor = 0;  ///< someip_to_dds: perhaps sd::any_minor
   Transport transport = Transport::udp;
   /// dds_to_someip: the port of the offered service, UDP and TCP alike; routes of the same service instance
   /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
@@ -253,7 +251,7 @@ struct MethodRoute {
   someip::InstanceId instance{};
   someip::MethodId method{};
   std::uint8_t major = 1;
-  std::uint32_t minor = 0;  ///< server: someip: perhaps any_minor
+  std::uint32_t minor = 0;  ///< server: someip: perhaps sd::any_minor
   /// server: ros: by which it is offered, never nothing. server: someip: nothing is whatever is offered.
   std::optional<Transport> transport;
   std::uint16_t port = 0;        ///< server: ros: of the offered service

@@ -171,7 +171,7 @@ class RouteFile {
       });
       service.id = id;
       service.major = major;
-      service.minor = minor == any_minor ? 0 : minor;
+      service.minor = minor == sd::any_minor ? 0 : minor;
       service.has_version = true;
       service.place = {0, mark};
       service.id_place = place_of(element_at(mark), "service");
