@@ -68,7 +68,7 @@ class Look {
     result.someip.discovery_received = node_.discovery_counters().messages_received;
     result.someip.outside_subnet = node_.discovery_counters().dropped_source;
     result.someip.heard = static_cast<std::uint32_t>(node_.seen_hosts());
-    result.dds.domain = config_.dds.domain.value_or(0);
+    result.dds.domain = config_.dds.domain;
     result.dds.heard = static_cast<std::uint32_t>(participant_.peers());
     result.dds.writers = static_cast<std::uint32_t>(writers);
     for (const Route& route : config_.routes) {

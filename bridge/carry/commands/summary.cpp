@@ -198,8 +198,8 @@ std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked)
 /// Rarely used settings, one line each.
 std::string describe_more(const DdsSettings& dds) {
   std::string text;
-  if (!dds.profiles.empty()) {
-    text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles);
+  if (!dds.profiles_file.empty()) {
+    text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles_file);
   }
   for (const dds::DiscoveryServer& server : dds.discovery_servers) {
     if (!server.address.empty()) {
@@ -476,7 +476,7 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours, con
   std::string out = fmt::format("{}{}{}: {}good{}, {}\n", colours.bold, config.file, colours.off,
                                 colours.green, colours.off, count_of_all(config));
   out +=
-      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain.value_or(0),
+      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain,
                   config.dds.interfaces.empty() ? "all interfaces"
                                                 : fmt::format("on {}", fmt::join(config.dds.interfaces, " ")),
                   config.dds.shared_memory == true ? ", shared memory" : "");

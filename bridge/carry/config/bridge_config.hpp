@@ -91,21 +91,18 @@ struct SecuritySettings {
   friend bool operator==(const SecuritySettings&, const SecuritySettings&) = default;
 };
 
-/// The DDS side: which domain we join, and by which ways.
-struct DdsSettings {
-  std::optional<std::uint32_t> domain{};      ///< 0 to 232; nothing: 0
-  std::vector<std::string> interfaces;        ///< IPv4 addresses that DDS may use; empty: all
-  std::optional<bool> shared_memory{};        ///< nothing: as the profile has it, else not
-  Duration lease = std::chrono::seconds{20};  ///< until others notice that we were killed
-  std::string node = "/trestle";              ///< the ROS 2 node that we are
-  std::string profiles{};                     ///< file of Fast DDS's XML profiles; empty: none
-  std::string profile = "trestle";            ///< the participant profile in it
-  /// Number 0 first; empty: discovery is by multicast.
-  std::vector<dds::DiscoveryServer> discovery_servers{};
+/// The DDS side: which domain we join, and by which ways. participant_config() sets what follows from the
+/// rest: `enclave`, `gid_bytes` and `security_folder`.
+struct DdsSettings : dds::ParticipantConfig {
+  DdsSettings() {
+    node = "/trestle";
+    profile = "trestle";
+    frees_samples = true;
+  }
+  bool has_domain = false;  ///< `domain` is given
   SecuritySettings security{};
-  bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
-  std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
-  documents::Mark mark;       ///< of the interfaces, or where all of this begins
+  std::string ros_distro{};  ///< of the nodes in the domain, "jazzy"; empty: not known
+  documents::Mark mark;      ///< of the interfaces, or where all of this begins
 };
 
 /// Quality of service of a route's DDS reader or writer.

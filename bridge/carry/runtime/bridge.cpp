@@ -117,7 +117,7 @@ struct Bridge::State {
         file{config.file},
         someip_settings{config.someip},
         other_interface{other_interface_of(config.someip)},
-        domain{config.dds.domain.value_or(0)},
+        domain{config.dds.domain},
         names{std::move(id_names)},
         started{clock->now()} {}
 

@@ -225,9 +225,8 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
     // Where participants of this domain look for each other, unless told otherwise (DDSI-RTPS, 9.6.1).
     constexpr std::uint32_t first_port = 7400;
     constexpr std::uint32_t ports_per_domain = 250;
-    node.gateway_to = {
-        IpAddress::v4(239, 255, 0, 1),
-        static_cast<std::uint16_t>(first_port + ports_per_domain * config.dds.domain.value_or(0))};
+    node.gateway_to = {IpAddress::v4(239, 255, 0, 1),
+                       static_cast<std::uint16_t>(first_port + ports_per_domain * config.dds.domain)};
   }
   const std::vector<Demand> demands = demands_of(config);
   std::size_t parts = 0;

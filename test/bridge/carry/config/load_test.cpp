@@ -141,7 +141,8 @@ TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   const BridgeConfig config = load_good(smallest);
   EXPECT_EQ(config.someip.sd, SdSettings{});
   EXPECT_EQ(config.someip.interface, "");
-  EXPECT_EQ(config.dds.domain, std::nullopt);
+  EXPECT_FALSE(config.dds.has_domain);
+  EXPECT_EQ(config.dds.domain, 0U);
   EXPECT_THAT(config.dds.interfaces, IsEmpty());
   EXPECT_EQ(config.dds.shared_memory, std::nullopt);
   EXPECT_THAT(config.types.folders, IsEmpty());
