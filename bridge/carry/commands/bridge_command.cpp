@@ -190,7 +190,7 @@ class Runner {
     }
     if (guests_) {
       const auto& someip = config.someip;
-      guests_->open(bridge_->node(), {someip.address, someip.sd.port}, file_,
+      guests_->open(bridge_->node(), {someip.address, someip.port}, file_,
                     [this](sd::SubscribeSpec& wish) { return bridge_->share_with_routes(wish); });
     }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",

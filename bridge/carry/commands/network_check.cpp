@@ -63,8 +63,8 @@ class Look {
     }
     Picture result;
     result.someip.address = someip::to_string(config_.someip.address);
-    result.someip.interface = config_.someip.interface;
-    result.someip.port = config_.someip.sd.port;
+    result.someip.interface = config_.someip.multicast_interface;
+    result.someip.port = config_.someip.port;
     result.someip.discovery_received = node_.discovery_counters().messages_received;
     result.someip.outside_subnet = node_.discovery_counters().dropped_source;
     result.someip.heard = static_cast<std::uint32_t>(node_.seen_hosts());

@@ -492,11 +492,11 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours, con
   out += describe_more(config.dds);
   out += fmt::format("  {}SOME/IP{} {}{}, discovery at {}:{}, offers live {}\n\n", colours.dim, colours.off,
                      someip::to_string(settings.address),
-                     settings.interface.empty() ? "" : " (" + settings.interface + ")",
-                     someip::to_string(settings.sd.multicast), settings.sd.port,
-                     settings.sd.ttl_s == 0xff'ffff
+                     settings.multicast_interface.empty() ? "" : " (" + settings.multicast_interface + ")",
+                     someip::to_string(settings.multicast), settings.port,
+                     settings.timing.ttl_s == 0xff'ffff
                          ? "until the next reboot"
-                         : documents::to_string(Duration{std::chrono::seconds{settings.sd.ttl_s}}));
+                         : documents::to_string(Duration{std::chrono::seconds{settings.timing.ttl_s}}));
   if (!settings.access.peers.empty() || !settings.access.policies.empty()) {
     out.insert(out.size() - 1,
                fmt::format("\n  {}peers{}   {}", colours.dim, colours.off, describe(settings.access)));

@@ -28,8 +28,8 @@
 #include "bridge/messages/types/field_service.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
-#include "sd/core/settings.hpp"
 #include "sd/net/access.hpp"
+#include "sd/net/node_config.hpp"
 #include "sd/wire/entry.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/net/tls.hpp"
@@ -55,33 +55,16 @@ enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
                                                : messages::MapDirection::to_ros;
 }
 
-/// Timing and addresses of SOME/IP-SD.
-struct SdSettings : sd::Timing {
-  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
-  std::uint16_t port = 30490;
-  bool check_subnet = true;        ///< peers outside of the subnet of our address are ignored
-  bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
-  std::vector<sd::ForeignEndpoints> foreign_endpoints{};
+/// The bridge on the SOME/IP side: what the file says of its Node. node_config() sets what follows from the
+/// routes.
+struct SomeipSettings : sd::NodeConfig {
+  std::optional<std::size_t> receive_buffer{};  ///< bytes, of each UDP socket; nothing: by what may come
+  std::optional<std::size_t> send_buffer{};     ///< likewise, by what is sent
   bool tell_dds_domain = true;  ///< bridges of the same one wait until they have found each other there
-  friend bool operator==(const SdSettings&, const SdSettings&) = default;
-};
-
-/// The bridge on the SOME/IP side.
-struct SomeipSettings {
-  IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
-  std::string interface;  ///< for multicast; empty: the one that has `address`
-  std::optional<std::size_t> receive_buffer;  ///< bytes, of each UDP socket; nothing: by what may come
-  std::optional<std::size_t> send_buffer;     ///< likewise, by what is sent
-  Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
-  Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
-  SdSettings sd;
-  /// Who may do what, for all routes; their `peers` come to it.
-  sd::AccessControl access{};
-  std::optional<someip::TlsSettings> tls{};  ///< of all TCP connections; files absolute or as of the process
-  /// The limits that the file sets, by name: load_limits.hpp. The others follow from the routes.
-  std::map<std::string, std::uint64_t, std::less<>> limits{};
-  documents::Mark mark;            ///< of the address
-  documents::Mark interface_mark;  ///< of the interface, if there is one
+  /// The limits that the file sets, by name: load_limits.hpp.
+  std::map<std::string, std::uint64_t, std::less<>> given_limits{};
+  documents::Mark mark{};            ///< of the address
+  documents::Mark interface_mark{};  ///< of the interface, if there is one
 };
 
 /// ROS 2's security: the keys and rights of an enclave in a keystore that `ros2 security` made.

@@ -445,12 +445,12 @@ class RouteFile {
 
   [[nodiscard]] describe::Machine machine_of() const {
     describe::Machine machine{.name = "bridge", .address = config_.someip.address};
-    const SdSettings usual;
-    if (config_.someip.sd.multicast != usual.multicast) {
-      machine.sd_multicast = config_.someip.sd.multicast;
+    const sd::NodeConfig usual{};
+    if (config_.someip.multicast != usual.multicast) {
+      machine.sd_multicast = config_.someip.multicast;
     }
-    if (config_.someip.sd.port != usual.port) {
-      machine.sd_port = config_.someip.sd.port;
+    if (config_.someip.port != usual.port) {
+      machine.sd_port = config_.someip.port;
     }
     return machine;
   }
