@@ -23,6 +23,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "someip/wire/counters.hpp"
+
 /// DDS readers and writers of serialised samples, for any type that has a name: no generated code, no type
 /// description. The DDS implementation (Fast DDS) stays behind these classes.
 ///
@@ -306,6 +308,22 @@ struct ReaderCounters {
   std::uint64_t incompatible_qos = 0;  ///< writers that don't match for their quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often a writer did not show itself for its lease
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("dds_received", received, traffic);
+    visit("dds_received_bytes", received_bytes, traffic);
+    visit("dds_own", own, loss);
+    visit("dds_from_bridge", from_bridge, loss);
+    visit("dds_other_type", other_type, loss);
+    visit("dds_bad_encapsulation", bad_encapsulation, loss);
+    visit("dds_oversize", oversize, loss);
+    visit("dds_lost", lost, loss);
+    visit("dds_rejected", rejected, loss);
+    visit("dds_incompatible_qos", incompatible_qos, loss);
+    visit("dds_deadlines_missed", deadlines_missed, loss);
+    visit("dds_liveliness_lost", liveliness_lost, loss);
+  }
 
   /// With what another reader has done.
   ReaderCounters& operator+=(const ReaderCounters& other) noexcept;
@@ -325,6 +343,20 @@ struct WriterCounters {
   std::uint64_t incompatible_qos = 0;  ///< readers that don't get all they want, by quality of service
   std::uint64_t deadlines_missed = 0;  ///< how often the deadline passed without a sample
   std::uint64_t liveliness_lost = 0;   ///< how often we did not show ourselves for the lease
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("dds_sent", sent, traffic);
+    visit("dds_sent_bytes", sent_bytes, traffic);
+    visit("dds_bad_encapsulation", bad_encapsulation, loss);
+    visit("dds_oversize", oversize, loss);
+    visit("dds_refused", refused, loss);
+    visit("dds_other_type", other_type, loss);
+    visit("dds_overwritten", overwritten, doubt);
+    visit("dds_incompatible_qos", incompatible_qos, loss);
+    visit("dds_deadlines_missed", deadlines_missed, loss);
+    visit("dds_liveliness_lost", liveliness_lost, loss);
+  }
 
   /// With what another writer has done.
   WriterCounters& operator+=(const WriterCounters& other) noexcept;

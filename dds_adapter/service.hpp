@@ -98,6 +98,27 @@ struct ServiceClientCounters {
   std::uint64_t gone = 0;
   ReaderCounters reader;
   WriterCounters writer;
+  /// What its writer refused is in `not_written`.
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("unavailable", unavailable, loss);
+    visit("gone", gone, loss);
+    visit("timed_out", timed_out, loss);
+    visit("too_many", too_many, loss);
+    visit("not_written", not_written, loss);
+    visit("dds_requests", requests, traffic);
+    visit("dds_replies", replies, traffic);
+    visit("dds_foreign", foreign, traffic);
+    visit("dds_late", late, loss);
+    visit("dds_malformed", malformed + reader.bad_encapsulation, loss);
+    visit("dds_dropped", dropped, loss);
+    visit("dds_other_type", reader.other_type + writer.other_type, loss);
+    visit("dds_oversize", reader.oversize, loss);
+    visit("dds_lost", reader.lost + reader.rejected, loss);
+    visit("dds_incompatible_qos", reader.incompatible_qos + writer.incompatible_qos, loss);
+    visit("dds_overwritten", writer.overwritten, doubt);
+  }
 };
 
 /// Calls a ROS 2 service. Each call ends with a reply or a CallFault; none is repeated.
@@ -158,6 +179,23 @@ struct ServiceServerCounters {
   std::uint64_t not_written = 0;  ///< replies that DDS refused
   ReaderCounters reader;
   WriterCounters writer;
+  /// All but `requests`, which who answers them counts. What its writer refused is in `not_written`.
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("dds_from_bridge", reader.from_bridge, loss);
+    visit("dds_replies", replies, traffic);
+    visit("dds_malformed", malformed + reader.bad_encapsulation, loss);
+    visit("dds_dropped", dropped, loss);
+    visit("dds_other_type", reader.other_type + writer.other_type, loss);
+    visit("dds_client_gone", client_gone, loss);
+    visit("dds_unmatched", unmatched + too_many, loss);
+    visit("dds_not_written", not_written, loss);
+    visit("dds_oversize", reader.oversize, loss);
+    visit("dds_lost", reader.lost + reader.rejected, loss);
+    visit("dds_incompatible_qos", reader.incompatible_qos + writer.incompatible_qos, loss);
+    visit("dds_overwritten", writer.overwritten, doubt);
+  }
 
   /// With what another server has done.
   ServiceServerCounters& operator+=(const ServiceServerCounters& other) noexcept;

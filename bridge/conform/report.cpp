@@ -6,6 +6,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bridge/documents/xml_text.hpp"
+
 namespace trestle::conform {
 namespace {
 
@@ -31,7 +33,7 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
   const Case& one = *result.what;
   std::string all =
       fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">\n      <properties>\n",
-                  xml_text(one.id.substr(0, one.id.rfind('.'))), xml_text(one.id),
+                  documents::xml_text(one.id.substr(0, one.id.rfind('.'))), documents::xml_text(one.id),
                   static_cast<double>(result.took.count()) / 1000);
   for (const RequirementId& id : one.requirements) {
     all += fmt::format("        <property name=\"requirement\" value=\"{}\"/>\n", id.text());
@@ -44,10 +46,10 @@ std::string junit_case(const CaseResult& result, const RunInfo& info) {
   }
   all += fmt::format("        <property name=\"verdict\" value=\"{}\"/>\n      </properties>\n",
                      to_string(result.outcome.verdict));
-  const std::string reason = xml_text(result.outcome.reason);
-  const std::string details =
-      xml_text(fmt::format("{}\n{}evidence: {}\nagain: {}\n", one.title, difference_lines(result.outcome, ""),
-                           capture(result, info), again(one, info)));
+  const std::string reason = documents::xml_text(result.outcome.reason);
+  const std::string details = documents::xml_text(fmt::format("{}\n{}evidence: {}\nagain: {}\n", one.title,
+                                                              difference_lines(result.outcome, ""),
+                                                              capture(result, info), again(one, info)));
   switch (result.outcome.verdict) {
     case Verdict::fail:
       all += fmt::format("      <failure message=\"{}\">{}</failure>\n", reason, details);
@@ -75,29 +77,6 @@ std::string tc8_lines(const Tc8Row& row) {
 }
 
 }  // namespace
-
-std::string xml_text(std::string_view text) {
-  std::string all;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        all += "&amp;";
-        break;
-      case '<':
-        all += "&lt;";
-        break;
-      case '>':
-        all += "&gt;";
-        break;
-      case '"':
-        all += "&quot;";
-        break;
-      default:
-        all += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? '?' : c;
-    }
-  }
-  return all;
-}
 
 const char* colour_of(Verdict verdict, const cli::Colours& colours) noexcept {
   switch (verdict) {
@@ -206,7 +185,7 @@ std::string junit_xml(const RunResult& run, const RunInfo& info) {
     areas[area_of(one.what->id)].push_back(&one);
   }
   std::string all = fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\">\n",
-                                xml_text("trestle conform: " + info.device));
+                                documents::xml_text("trestle conform: " + info.device));
   for (const auto& [area, cases] : areas) {
     std::string body;
     std::map<Verdict, std::size_t> counts;

@@ -38,9 +38,6 @@ struct RunInfo {
 /// The last lines: how many of each verdict.
 [[nodiscard]] std::string summary(const RunResult& run, const cli::Colours& colours);
 
-/// The text as it stands in XML and HTML. Control characters become '?'.
-[[nodiscard]] std::string xml_text(std::string_view text);
-
 /// A document of JUnit XML, a test suite for each area.
 [[nodiscard]] std::string junit_xml(const RunResult& run, const RunInfo& info);
 /// docs/conform.md has the schema.

@@ -639,6 +639,28 @@ Json ModelWriter::constant(const Constant& constant) const {
   return json;
 }
 
+/// All but services and types.
+void write_others(const Model& model, const ModelWriter& writer, Json& json) {
+  Json& instances = json["instances"] = Json::array();
+  for (const Instance& instance : model.instances) {
+    if (!writer.has_service(instance)) {
+      instances.push_back(writer.instance(instance, true));
+    }
+  }
+  Json& machines = json["machines"] = Json::array();
+  for (const Machine& machine : model.machines) {
+    machines.push_back(writer.machine(machine));
+  }
+  Json& constants = json["constants"] = Json::array();
+  for (const Constant& constant : model.constants) {
+    constants.push_back(writer.constant(constant));
+  }
+  Json& collections = json["collections"] = Json::array();
+  for (const TypeCollection& collection : model.collections) {
+    collections.push_back(writer.collection(collection));
+  }
+}
+
 std::string dump(const Json& json, int indent) {
   return documents::printable_json(json.dump(indent, ' ', false, Json::error_handler_t::replace));
 }
@@ -685,24 +707,7 @@ Json to_json(const Model& model, bool with_places) {
     type.update(writer.type(model.types[at]));
     types.push_back(std::move(type));
   }
-  Json& instances = json["instances"] = Json::array();
-  for (const Instance& instance : model.instances) {
-    if (!writer.has_service(instance)) {
-      instances.push_back(writer.instance(instance, true));
-    }
-  }
-  Json& machines = json["machines"] = Json::array();
-  for (const Machine& machine : model.machines) {
-    machines.push_back(writer.machine(machine));
-  }
-  Json& constants = json["constants"] = Json::array();
-  for (const Constant& constant : model.constants) {
-    constants.push_back(writer.constant(constant));
-  }
-  Json& collections = json["collections"] = Json::array();
-  for (const TypeCollection& collection : model.collections) {
-    collections.push_back(writer.collection(collection));
-  }
+  write_others(model, writer, json);
   return json;
 }
 
@@ -777,24 +782,7 @@ std::string canonical(const Model& model) {
     }
   }
   json["types"] = types;
-  Json& instances = json["instances"] = Json::array();
-  for (const Instance& instance : model.instances) {
-    if (!writer.has_service(instance)) {
-      instances.push_back(writer.instance(instance, true));
-    }
-  }
-  Json& machines = json["machines"] = Json::array();
-  for (const Machine& machine : model.machines) {
-    machines.push_back(writer.machine(machine));
-  }
-  Json& constants = json["constants"] = Json::array();
-  for (const Constant& constant : model.constants) {
-    constants.push_back(writer.constant(constant));
-  }
-  Json& collections = json["collections"] = Json::array();
-  for (const TypeCollection& collection : model.collections) {
-    collections.push_back(writer.collection(collection));
-  }
+  write_others(model, writer, json);
   for (const char* list : {"services", "instances", "machines", "constants", "collections"}) {
     sort_list(json[list]);
   }

@@ -5,7 +5,7 @@
 //   section.hpp   one mapping, read key by key; unknown keys are errors
 //   format.hpp    what a value may look like: numbers, ids, durations, names; host_and_port.hpp
 //   problems.hpp  errors and warnings with their places
-//   hex_line.hpp  bytes as hexadecimal text
+//   hex_line.hpp  bytes as hexadecimal text; xml_text.hpp: text within XML
 //
 // Knows nothing of SOME/IP, DDS or bridges.
 #pragma once

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bridge/guest/frame.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::sd {
 class Node;
@@ -28,6 +29,20 @@ struct HostCounters {
   std::uint64_t lines_unread = 0;      ///< likewise, of services found and lines for people
   std::uint64_t events_too_many = 0;   ///< not passed on: more come than the bridge passes on
   std::uint64_t ended_too_fast = 0;    ///< guests that got far more than that
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("guests", guests, traffic);
+    visit("requests", requests, traffic);
+    visit("events", events, traffic);
+    visit("guests_refused", guests_refused, loss);
+    visit("requests_refused", requests_refused, loss);
+    visit("frames_refused", frames_refused, loss);
+    visit("events_unread", events_unread, loss);
+    visit("lines_unread", lines_unread, loss);
+    visit("events_too_many", events_too_many, loss);
+    visit("ended_too_fast", ended_too_fast, loss);
+  }
 };
 
 /// The bridge's end: looks for services, calls and subscribes in place of tools, by the Node of the bridge.

@@ -7,11 +7,12 @@
 #include <optional>
 #include <vector>
 
+#include "sd/wire/entry.hpp"
+
 namespace trestle::carry {
 namespace {
 
 constexpr std::size_t most_named = 4;
-constexpr std::uint32_t any_minor = 0xffff'ffff;
 // Nothing carried for so long, though messages come, is a fault.
 constexpr std::int64_t soon_ns = 2'000'000'000;
 
@@ -19,7 +20,7 @@ constexpr std::int64_t soon_ns = 2'000'000'000;
 using Found = std::optional<std::string>;
 
 std::string version(std::uint32_t major, std::uint32_t minor) {
-  return fmt::format("{}.{}", major, minor == any_minor ? "any" : std::to_string(minor));
+  return fmt::format("{}.{}", major, minor == sd::any_minor ? "any" : std::to_string(minor));
 }
 
 std::string count_of(std::uint64_t number, std::string_view what) {
@@ -68,7 +69,7 @@ bool is_silent(const RoutePicture& route) {
 
 bool fits(const RoutePicture& route, const OfferPicture& offer) {
   return offer.instance == route.instance && offer.major == route.major &&
-         (route.minor == any_minor || route.minor == offer.minor);
+         (route.minor == sd::any_minor || route.minor == offer.minor);
 }
 // Somebody offers what the route wants.
 bool is_offered(const RoutePicture& route) {

@@ -173,7 +173,7 @@ struct Recorder::State {
         frames_again = now + try_again;
         const std::lock_guard lock{mutex};
         ++counters.frames_write_failed;
-        counters.error = error.what();
+        last_error = error.what();
         return;
       }
     }
@@ -199,7 +199,7 @@ struct Recorder::State {
   }
   void note(std::string why) {
     const std::lock_guard lock{mutex};
-    counters.error = std::move(why);
+    last_error = std::move(why);
   }
 
   /// Takes over what the writers count.
@@ -270,11 +270,13 @@ struct Recorder::State {
       const std::lock_guard lock{mutex};
       texts = lost_elsewhere;
       texts.emplace("messages", std::to_string(counters.messages));
-      texts.emplace("dropped_queue_full", std::to_string(counters.queue_full));
-      texts.emplace("dropped_write_failed", std::to_string(counters.write_failed));
-      texts.emplace("dropped_too_many_channels", std::to_string(counters.too_many_channels));
-      if (!counters.error.empty()) {
-        texts.emplace("error", counters.error);
+      counters.for_each_counter([&](const char* name, std::uint64_t count, someip::CounterKind kind) {
+        if (kind == someip::CounterKind::loss) {
+          texts.emplace(fmt::format("dropped_{}", name), std::to_string(count));
+        }
+      });
+      if (!last_error.empty()) {
+        texts.emplace("error", last_error);
       }
     }
     note(file->add_metadata("trestle", texts));
@@ -360,6 +362,7 @@ struct Recorder::State {
   std::map<std::string, std::uint16_t, std::less<>> schema_ids;
   std::map<std::uint16_t, std::uint64_t> by_channel;  ///< messages of files that are closed
   RecorderCounters counters;
+  std::string last_error;
   Texts lost_elsewhere;
   std::vector<std::string> paths;
 
@@ -455,6 +458,10 @@ void Recorder::finish() {
 RecorderCounters Recorder::counters() const {
   const std::lock_guard lock{state_->mutex};
   return state_->counters;
+}
+std::string Recorder::error() const {
+  const std::lock_guard lock{state_->mutex};
+  return state_->last_error;
 }
 
 std::vector<std::string> Recorder::files() const {

@@ -10,6 +10,7 @@
 #include "bridge/record/mcap_writer.hpp"
 #include "dds_adapter/participant.hpp"
 #include "pcaps/frame.hpp"
+#include "someip/wire/counters.hpp"
 
 namespace trestle::record {
 
@@ -47,10 +48,26 @@ struct RecorderCounters {
   std::uint64_t too_many_channels = 0;  ///< messages of channels beyond 65535
   std::uint64_t frames_queue_full = 0;
   std::uint64_t frames_write_failed = 0;
-  std::string error{};  ///< why the last one could not be written
+  template <typename Visit>
+  constexpr void for_each_counter(Visit visit) const {
+    using enum someip::CounterKind;
+    visit("messages", messages, traffic);
+    visit("bytes", bytes, traffic);
+    visit("frames", frames, traffic);
+    visit("files", files, traffic);
+    visit("queue_full", queue_full, loss);
+    visit("write_failed", write_failed, loss);
+    visit("too_many_channels", too_many_channels, loss);
+    visit("frames_queue_full", frames_queue_full, loss);
+    visit("frames_write_failed", frames_write_failed, loss);
+  }
 
   [[nodiscard]] bool lost_any() const noexcept {
-    return queue_full + write_failed + too_many_channels + frames_queue_full + frames_write_failed > 0;
+    bool any = false;
+    for_each_counter([&](const char* /*name*/, std::uint64_t count, someip::CounterKind kind) {
+      any = any || (kind == someip::CounterKind::loss && count > 0);
+    });
+    return any;
   }
 };
 
@@ -83,6 +100,8 @@ class Recorder {
   /// Writes all that waits and closes the files. Nothing is taken any more.
   void finish();
   [[nodiscard]] RecorderCounters counters() const;
+  /// Why the last one could not be written; empty: all could.
+  [[nodiscard]] std::string error() const;
   /// Files of messages so far.
   [[nodiscard]] std::vector<std::string> files() const;
 

@@ -29,8 +29,8 @@ struct NodeConfig {
   int receive_buffer_bytes = 8 << 20;  ///< of each UDP socket, as far as the system grants it
   int send_buffer_bytes = 4 << 20;     ///< likewise
   /// How long the system polls a network device for each UDP socket before it waits (SO_BUSY_POLL); 0: it
-  /// does not. Needs CAP_NET_ADMIN, and a device whose driver can do it.
-  std::chrono::microseconds busy_poll{0};
+  /// does not. Rounded up to microseconds. Needs CAP_NET_ADMIN, and a device whose driver can do it.
+  Duration busy_poll{0};
   IpAddress multicast = IpAddress::v4(224, 244, 224, 245);  ///< SD's group
   std::uint16_t port = 30490;  ///< SD's port, of all nodes  [feat_req_someip_676]
   Timing timing{};             ///< of service discovery: delays, repetitions, TTL

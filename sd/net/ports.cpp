@@ -82,7 +82,7 @@ someip::UdpOptions udp_options(const NodeConfig& config, const Endpoint& local) 
           .dscp = config.dscp,
           .receive_buffer_bytes = config.receive_buffer_bytes,
           .send_buffer_bytes = config.send_buffer_bytes,
-          .busy_poll = config.busy_poll};
+          .busy_poll = std::chrono::ceil<std::chrono::microseconds>(config.busy_poll)};
 }
 
 Ports::Ports(boost::asio::io_context& io, const NodeConfig& config, NodeCounters& counters,

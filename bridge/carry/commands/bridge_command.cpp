@@ -53,21 +53,6 @@ struct Options {
   bool quiet = false;
 };
 
-CounterGroup counters_of(const guest::HostCounters& counters) {
-  constexpr auto loss = Counter::Kind::loss;
-  return {.name = "tools beside it",
-          .counters = {{"guests", counters.guests},
-                       {"requests", counters.requests},
-                       {"events", counters.events},
-                       {"guests_refused", counters.guests_refused, loss},
-                       {"requests_refused", counters.requests_refused, loss},
-                       {"frames_refused", counters.frames_refused, loss},
-                       {"events_unread", counters.events_unread, loss},
-                       {"lines_unread", counters.lines_unread, loss},
-                       {"events_too_many", counters.events_too_many, loss},
-                       {"ended_too_fast", counters.ended_too_fast, loss}}};
-}
-
 /// As text, and as lines of the report.
 /// @param guests  null: there have been none.
 std::string tell_counters(const Bridge& bridge, Report& report, const guest::HostCounters* guests) {
@@ -80,7 +65,9 @@ std::string tell_counters(const Bridge& bridge, Report& report, const guest::Hos
     print(group);
   }
   if (guests != nullptr) {
-    print(counters_of(*guests));
+    CounterGroup group{.name = "tools beside it", .counters = {}};
+    guests->for_each_counter(into(group));
+    print(group);
   }
   if (report.is_open()) {
     print({.name = "report", .counters = {{"lines_left_out", report.lines_left_out()}}});
@@ -203,7 +190,7 @@ class Runner {
     }
     if (guests_) {
       const auto& someip = config.someip;
-      guests_->open(bridge_->node(), {someip.address, someip.sd.port}, file_,
+      guests_->open(bridge_->node(), {someip.address, someip.port}, file_,
                     [this](sd::SubscribeSpec& wish) { return bridge_->share_with_routes(wish); });
     }
     spdlog::info("carrying {}; Ctrl-C stops, SIGUSR1 prints counters, SIGHUP reads {} again",

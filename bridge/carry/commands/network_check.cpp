@@ -41,7 +41,7 @@ class Look {
       }
     }
     for (const auto& [service, instance, major] : wanted) {
-      node_.require({.service = service, .instance = instance, .major = major, .minor = any_minor});
+      node_.require({.service = service, .instance = instance, .major = major, .minor = sd::any_minor});
     }
   }
 
@@ -63,12 +63,12 @@ class Look {
     }
     Picture result;
     result.someip.address = someip::to_string(config_.someip.address);
-    result.someip.interface = config_.someip.interface;
-    result.someip.port = config_.someip.sd.port;
+    result.someip.interface = config_.someip.multicast_interface;
+    result.someip.port = config_.someip.port;
     result.someip.discovery_received = node_.discovery_counters().messages_received;
     result.someip.outside_subnet = node_.discovery_counters().dropped_source;
     result.someip.heard = static_cast<std::uint32_t>(node_.seen_hosts());
-    result.dds.domain = config_.dds.domain.value_or(0);
+    result.dds.domain = config_.dds.domain;
     result.dds.heard = static_cast<std::uint32_t>(participant_.peers());
     result.dds.writers = static_cast<std::uint32_t>(writers);
     for (const Route& route : config_.routes) {

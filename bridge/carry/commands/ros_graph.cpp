@@ -10,12 +10,13 @@ namespace trestle::carry {
 
 std::vector<dds::FoundWriter> listen_to_ros(std::optional<std::uint32_t> domain, double seconds) {
   DdsSettings settings;
-  settings.domain = domain;
+  settings.domain = domain.value_or(0);
+  settings.has_domain = domain.has_value();
   if (const std::string fault = apply_ros_environment(settings, process_environment()); !fault.empty()) {
     throw std::runtime_error{fault};
   }
   dds::ParticipantConfig config;
-  config.domain = settings.domain.value_or(0);
+  config.domain = settings.domain;
   config.name = "trestle generate";
   config.discovery_servers = settings.discovery_servers;
   config.security_folder = security_folder(settings.security);

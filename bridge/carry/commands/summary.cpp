@@ -24,8 +24,8 @@ using someip::value;
 
 /// Of a route or a method.
 std::string version(const auto& carried) {
-  return carried.minor == any_minor ? fmt::format("{}.any", carried.major)
-                                    : fmt::format("{}.{}", carried.major, carried.minor);
+  return carried.minor == sd::any_minor ? fmt::format("{}.any", carried.major)
+                                        : fmt::format("{}.{}", carried.major, carried.minor);
 }
 
 std::string port(const Route& route) {
@@ -198,8 +198,8 @@ std::string describe(const E2eSettings& e2e, bool is_protected, bool is_checked)
 /// Rarely used settings, one line each.
 std::string describe_more(const DdsSettings& dds) {
   std::string text;
-  if (!dds.profiles.empty()) {
-    text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles);
+  if (!dds.profiles_file.empty()) {
+    text += fmt::format("          profile {} of {}\n", dds.profile, dds.profiles_file);
   }
   for (const dds::DiscoveryServer& server : dds.discovery_servers) {
     if (!server.address.empty()) {
@@ -476,7 +476,7 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours, con
   std::string out = fmt::format("{}{}{}: {}good{}, {}\n", colours.bold, config.file, colours.off,
                                 colours.green, colours.off, count_of_all(config));
   out +=
-      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain.value_or(0),
+      fmt::format("  {}DDS{}     domain {}, {}{}\n", colours.dim, colours.off, config.dds.domain,
                   config.dds.interfaces.empty() ? "all interfaces"
                                                 : fmt::format("on {}", fmt::join(config.dds.interfaces, " ")),
                   config.dds.shared_memory == true ? ", shared memory" : "");
@@ -492,11 +492,11 @@ std::string summary(const BridgeConfig& config, const cli::Colours& colours, con
   out += describe_more(config.dds);
   out += fmt::format("  {}SOME/IP{} {}{}, discovery at {}:{}, offers live {}\n\n", colours.dim, colours.off,
                      someip::to_string(settings.address),
-                     settings.interface.empty() ? "" : " (" + settings.interface + ")",
-                     someip::to_string(settings.sd.multicast), settings.sd.port,
-                     settings.sd.ttl_s == 0xff'ffff
+                     settings.multicast_interface.empty() ? "" : " (" + settings.multicast_interface + ")",
+                     someip::to_string(settings.multicast), settings.port,
+                     settings.timing.ttl_s == 0xff'ffff
                          ? "until the next reboot"
-                         : documents::to_string(Duration{std::chrono::seconds{settings.sd.ttl_s}}));
+                         : documents::to_string(Duration{std::chrono::seconds{settings.timing.ttl_s}}));
   if (!settings.access.peers.empty() || !settings.access.policies.empty()) {
     out.insert(out.size() - 1,
                fmt::format("\n  {}peers{}   {}", colours.dim, colours.off, describe(settings.access)));

@@ -27,8 +27,9 @@
 #include "bridge/messages/types/field_service.hpp"
 #include "bridge/messages/types/type_library.hpp"
 #include "dds_adapter/participant.hpp"
-#include "sd/core/settings.hpp"
 #include "sd/net/access.hpp"
+#include "sd/net/node_config.hpp"
+#include "sd/wire/entry.hpp"
 #include "someip/core/tp_pacing.hpp"
 #include "someip/net/tls.hpp"
 #include "someip/wire/endpoint.hpp"
@@ -53,33 +54,16 @@ enum class Direction : std::uint8_t { dds_to_someip, someip_to_dds };
                                                : messages::MapDirection::to_ros;
 }
 
-/// Timing and addresses of SOME/IP-SD.
-struct SdSettings : sd::Timing {
-  IpAddress multicast = IpAddress::v4(224, 244, 224, 245);
-  std::uint16_t port = 30490;
-  bool check_subnet = true;        ///< peers outside of the subnet of our address are ignored
-  bool own_endpoints_only = true;  ///< peers may name endpoints at their own address alone, but for these
-  std::vector<sd::ForeignEndpoints> foreign_endpoints{};
+/// The bridge on the SOME/IP side: what the file says of its Node. node_config() sets what follows from the
+/// routes.
+struct SomeipSettings : sd::NodeConfig {
+  std::optional<std::size_t> receive_buffer{};  ///< bytes, of each UDP socket; nothing: by what may come
+  std::optional<std::size_t> send_buffer{};     ///< likewise, by what is sent
   bool tell_dds_domain = true;  ///< bridges of the same one wait until they have found each other there
-  friend bool operator==(const SdSettings&, const SdSettings&) = default;
-};
-
-/// The bridge on the SOME/IP side.
-struct SomeipSettings {
-  IpAddress address;      ///< own unicast address: a service's endpoint, and where SD listens
-  std::string interface;  ///< for multicast; empty: the one that has `address`
-  std::optional<std::size_t> receive_buffer;  ///< bytes, of each UDP socket; nothing: by what may come
-  std::optional<std::size_t> send_buffer;     ///< likewise, by what is sent
-  Duration busy_poll{0};                      ///< SO_BUSY_POLL of each UDP socket; 0: none
-  Duration tcp_idle_timeout = std::chrono::minutes{5};  ///< of clients' connections; 0: they stay
-  SdSettings sd;
-  /// Who may do what, for all routes; their `peers` come to it.
-  sd::AccessControl access{};
-  std::optional<someip::TlsSettings> tls{};  ///< of all TCP connections; files absolute or as of the process
-  /// The limits that the file sets, by name: load_limits.hpp. The others follow from the routes.
-  std::map<std::string, std::uint64_t, std::less<>> limits{};
-  documents::Mark mark;            ///< of the address
-  documents::Mark interface_mark;  ///< of the interface, if there is one
+  /// The limits that the file sets, by name: load_limits.hpp.
+  std::map<std::string, std::uint64_t, std::less<>> given_limits{};
+  documents::Mark mark{};            ///< of the address
+  documents::Mark interface_mark{};  ///< of the interface, if there is one
 };
 
 /// ROS 2's security: the keys and rights of an enclave in a keystore that `ros2 security` made.
@@ -89,21 +73,18 @@ struct SecuritySettings {
   friend bool operator==(const SecuritySettings&, const SecuritySettings&) = default;
 };
 
-/// The DDS side: which domain we join, and by which ways.
-struct DdsSettings {
-  std::optional<std::uint32_t> domain{};      ///< 0 to 232; nothing: 0
-  std::vector<std::string> interfaces;        ///< IPv4 addresses that DDS may use; empty: all
-  std::optional<bool> shared_memory{};        ///< nothing: as the profile has it, else not
-  Duration lease = std::chrono::seconds{20};  ///< until others notice that we were killed
-  std::string node = "/trestle";              ///< the ROS 2 node that we are
-  std::string profiles{};                     ///< file of Fast DDS's XML profiles; empty: none
-  std::string profile = "trestle";            ///< the participant profile in it
-  /// Number 0 first; empty: discovery is by multicast.
-  std::vector<dds::DiscoveryServer> discovery_servers{};
+/// The DDS side: which domain we join, and by which ways. participant_config() sets what follows from the
+/// rest: `enclave`, `gid_bytes` and `security_folder`.
+struct DdsSettings : dds::ParticipantConfig {
+  DdsSettings() {
+    node = "/trestle";
+    profile = "trestle";
+    frees_samples = true;
+  }
+  bool has_domain = false;  ///< `domain` is given
   SecuritySettings security{};
-  bool strict_types = false;  ///< nothing is taken from publishers whose type has another hash
-  std::string ros_distro{};   ///< of the nodes in the domain, "jazzy"; empty: not known
-  documents::Mark mark;       ///< of the interfaces, or where all of this begins
+  std::string ros_distro{};  ///< of the nodes in the domain, "jazzy"; empty: not known
+  documents::Mark mark;      ///< of the interfaces, or where all of this begins
 };
 
 /// Quality of service of a route's DDS reader or writer.
@@ -120,9 +101,6 @@ struct TpSettings : someip::TpPacing {
   std::size_t max_message = std::size_t{16} << 20U;
   friend constexpr bool operator==(const TpSettings&, const TpSettings&) = default;
 };
-
-/// The minor version of a client that accepts every minor version.
-inline constexpr std::uint32_t any_minor = 0xffff'ffff;
 
 /// Where an eventgroup's events go when many want them.
 struct MulticastSettings {
@@ -178,7 +156,7 @@ struct Route {
   someip::EventgroupId eventgroup{};
   someip::MethodId event{};
   std::uint8_t major = 1;
-  std::uint32_t minor = 0;  ///< someip_to_dds: perhaps any_minor
+  std::uint32_t minor = 0;  ///< someip_to_dds: perhaps sd::any_minor
   Transport transport = Transport::udp;
   /// dds_to_someip: the port of the offered service, UDP and TCP alike; routes of the same service instance
   /// share it. someip_to_dds: the UDP port to receive events at; 0 lets the system choose.
@@ -252,7 +230,7 @@ struct MethodRoute {
   someip::InstanceId instance{};
   someip::MethodId method{};
   std::uint8_t major = 1;
-  std::uint32_t minor = 0;  ///< server: someip: perhaps any_minor
+  std::uint32_t minor = 0;  ///< server: someip: perhaps sd::any_minor
   /// server: ros: by which it is offered, never nothing. server: someip: nothing is whatever is offered.
   std::optional<Transport> transport;
   std::uint16_t port = 0;        ///< server: ros: of the offered service

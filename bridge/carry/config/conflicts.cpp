@@ -376,7 +376,7 @@ void report_conflicts(const std::vector<RouteInFile>& routes, const SomeipSettin
   events(routes, problems);
   instances(routes, problems);
   eventgroups(routes, someip.address.v6, problems);
-  ports(routes, someip.sd.port, problems);
+  ports(routes, someip.port, problems);
   for (const RouteInFile& in_file : routes) {
     peers(in_file, in_file.route.peers, someip.address.v6, problems);
   }
@@ -387,7 +387,7 @@ void report_method_conflicts(const std::vector<MethodInFile>& methods, const std
   names(methods, problems);
   const std::vector<Use> uses = uses_of(methods, routes);
   instances_of_methods(uses, problems);
-  ports_of_methods(uses, someip.sd.port, problems);
+  ports_of_methods(uses, someip.port, problems);
   for (const MethodInFile& in_file : methods) {
     peers(in_file, in_file.method.peers, someip.address.v6, problems);
   }

@@ -171,7 +171,7 @@ class RouteFile {
       });
       service.id = id;
       service.major = major;
-      service.minor = minor == any_minor ? 0 : minor;
+      service.minor = minor == sd::any_minor ? 0 : minor;
       service.has_version = true;
       service.place = {0, mark};
       service.id_place = place_of(element_at(mark), "service");
@@ -445,12 +445,12 @@ class RouteFile {
 
   [[nodiscard]] describe::Machine machine_of() const {
     describe::Machine machine{.name = "bridge", .address = config_.someip.address};
-    const SdSettings usual;
-    if (config_.someip.sd.multicast != usual.multicast) {
-      machine.sd_multicast = config_.someip.sd.multicast;
+    const sd::NodeConfig usual{};
+    if (config_.someip.multicast != usual.multicast) {
+      machine.sd_multicast = config_.someip.multicast;
     }
-    if (config_.someip.sd.port != usual.port) {
-      machine.sd_port = config_.someip.sd.port;
+    if (config_.someip.port != usual.port) {
+      machine.sd_port = config_.someip.port;
     }
     return machine;
   }

@@ -119,7 +119,8 @@ void check_method_id(const documents::Section& section, const char* key, someip:
 /// Reads how large messages are sent in segments, which `tp` tells.
 void load_pacing(documents::Section& tp, TpSettings& settings);
 /// Reads `major` and `minor` of a service.
-/// @param asked_for  whether somebody else offers it: then `minor` may be any, and is any_minor unless given.
+/// @param asked_for  whether somebody else offers it: then `minor` may be any, and is sd::any_minor unless
+/// given.
 void load_version(Element& element, bool asked_for, std::uint8_t& major, std::uint32_t& minor);
 
 /// Reads what routes and patterns of them have in common: port, version, wire, tp, peers. The direction must

@@ -63,26 +63,26 @@ documents::Format<sd::ForeignEndpoints> foreign_endpoints() {
           }};
 }
 
-void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_is_good,
+void load_sd(documents::Section& someip, SomeipSettings& into, bool address_is_good,
              documents::Problems& problems) {
-  SdSettings& into = settings.sd;
+  sd::Timing& timing = into.timing;
   const YAML::Node node = someip.child("sd");
   if (node) {
     documents::Section sd{node, "sd", problems};
     sd.read("multicast", documents::multicast_address(), into.multicast);
     sd.read("port", port_number(), into.port);
     const documents::Format<Duration> delay = documents::duration(0s, 60s);
-    sd.read("initial_delay_min", delay, into.initial_delay_min);
-    sd.read("initial_delay_max", delay, into.initial_delay_max);
-    sd.read("repetitions_base_delay", documents::duration(1ms, 60s), into.repetitions_base_delay);
+    sd.read("initial_delay_min", delay, timing.initial_delay_min);
+    sd.read("initial_delay_max", delay, timing.initial_delay_max);
+    sd.read("repetitions_base_delay", documents::duration(1ms, 60s), timing.repetitions_base_delay);
     sd.read("repetitions_max", documents::as<std::uint8_t>(documents::whole_number(0, 10)),
-            into.repetitions_max);
-    sd.read("cyclic_offer_delay", documents::duration(10ms, 1h), into.cyclic_offer_delay);
-    sd.read("request_response_delay_min", delay, into.request_response_delay_min);
-    sd.read("request_response_delay_max", delay, into.request_response_delay_max);
-    sd.read("ttl", time_to_live(), into.ttl_s);
+            timing.repetitions_max);
+    sd.read("cyclic_offer_delay", documents::duration(10ms, 1h), timing.cyclic_offer_delay);
+    sd.read("request_response_delay_min", delay, timing.request_response_delay_min);
+    sd.read("request_response_delay_max", delay, timing.request_response_delay_max);
+    sd.read("ttl", time_to_live(), timing.ttl_s);
     sd.read("check_subnet", documents::truth(), into.check_subnet);  // [feat_req_someipsd_1149]
-    sd.read("own_endpoints_only", documents::truth(), into.own_endpoints_only);
+    sd.read("own_endpoints_only", documents::truth(), into.discovery.own_endpoints_only);
     sd.read("tell_dds_domain", documents::truth(), into.tell_dds_domain);
     std::vector<documents::Mark> marks;
     sd.read_list("foreign_endpoints", foreign_endpoints(), into.foreign_endpoints, marks);
@@ -100,19 +100,21 @@ void load_sd(documents::Section& someip, SomeipSettings& settings, bool address_
                                    documents::to_string(max)));
       }
     };
-    check_range("initial_delay", into.initial_delay_min, into.initial_delay_max);
-    check_range("request_response_delay", into.request_response_delay_min, into.request_response_delay_max);
-    if (const Duration ttl = std::chrono::seconds{into.ttl_s}; into.cyclic_offer_delay >= ttl) {
-      problems.warning(sd.value_mark("ttl"),
-                       fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
-                                   documents::to_string(ttl), documents::to_string(into.cyclic_offer_delay)));
+    check_range("initial_delay", timing.initial_delay_min, timing.initial_delay_max);
+    check_range("request_response_delay", timing.request_response_delay_min,
+                timing.request_response_delay_max);
+    if (const Duration ttl = std::chrono::seconds{timing.ttl_s}; timing.cyclic_offer_delay >= ttl) {
+      problems.warning(
+          sd.value_mark("ttl"),
+          fmt::format("ttl: offers live {} but are renewed only every {} (cyclic_offer_delay)",
+                      documents::to_string(ttl), documents::to_string(timing.cyclic_offer_delay)));
     }
   }
-  if (address_is_good && settings.address.v6 != into.multicast.v6) {
+  if (address_is_good && into.address.v6 != into.multicast.v6) {
     problems.error(
         someip.value_mark("address"),
         fmt::format("address: {} and the multicast address of sd, {}, are of different IP versions",
-                    someip::to_string(settings.address), someip::to_string(into.multicast)));
+                    someip::to_string(into.address), someip::to_string(into.multicast)));
   }
 }
 
@@ -143,7 +145,7 @@ void load_someip(const YAML::Node& node, const std::string& file, SomeipSettings
   interface.read = [read = std::move(interface.read)](std::string_view text) {
     return text.size() < IF_NAMESIZE ? read(text) : std::nullopt;
   };
-  if (someip.read("interface", interface, into.interface)) {
+  if (someip.read("interface", interface, into.multicast_interface)) {
     into.interface_mark = someip.value_mark("interface");
   }
   const auto buffer = documents::as<std::size_t>(documents::byte_size(4096, std::uint64_t{1} << 30U));
@@ -155,7 +157,7 @@ void load_someip(const YAML::Node& node, const std::string& file, SomeipSettings
   }
   someip.read("busy_poll", documents::duration(0s, 1s), into.busy_poll);
   someip.read("tcp_idle_timeout", documents::duration(0s, 24h), into.tcp_idle_timeout);
-  load_limits(someip, into.limits, problems);
+  load_limits(someip, into.given_limits, problems);
   load_access(someip, into.address.v6, into.access, problems);
   load_tls(someip, file, into.tls, problems);
   load_sd(someip, into, address_is_good, problems);
@@ -327,7 +329,7 @@ void load_root(YAML::Node root, Loaded& into, const TypeCheck& check_type, docum
   load_lock_file(section, config, problems, file_problems);
   section.finish();
 
-  report_pattern_conflicts(patterns, routes, config.someip.sd.port, problems);
+  report_pattern_conflicts(patterns, routes, config.someip.port, problems);
   if (!problems.has_errors()) {
     for (const PatternInFile& in_file : patterns) {
       config.patterns.push_back(in_file.pattern);

@@ -133,7 +133,7 @@ void load_profiles(documents::Section& dds, const std::string& file, DdsSettings
     const auto path = beside(file, profiles);
     std::error_code ignored;
     if (std::filesystem::is_regular_file(path, ignored)) {
-      into.profiles = path.string();
+      into.profiles_file = path.string();
       if (const auto unused = endpoint_profiles(path); !unused.empty()) {
         problems.warning(
             dds.value_mark("profiles"),
@@ -157,9 +157,7 @@ void load_profiles(documents::Section& dds, const std::string& file, DdsSettings
 void load_dds(const YAML::Node& node, const std::string& file, DdsSettings& into,
               documents::Problems& problems) {
   documents::Section dds{node, "dds", problems};
-  if (std::uint32_t domain = 0; dds.read("domain", domain_id(), domain)) {
-    into.domain = domain;
-  }
+  into.has_domain = dds.read("domain", domain_id(), into.domain);
   std::vector<IpAddress> addresses;
   std::vector<documents::Mark> marks;
   auto ipv4 = documents::ip_address();

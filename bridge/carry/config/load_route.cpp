@@ -110,13 +110,13 @@ void load_transport(documents::Section& section, const documents::Format<Transpo
 void load_version(Element& element, bool asked_for, std::uint8_t& major, std::uint32_t& minor) {
   // 0xff is "any major version", which nothing here can have: conversion depends on it.
   element.read("major", documents::as<std::uint8_t>(documents::whole_number(0, 254)), major);
-  auto format = documents::as<std::uint32_t>(documents::whole_number(0, any_minor - 1));
+  auto format = documents::as<std::uint32_t>(documents::whole_number(0, sd::any_minor - 1));
   if (asked_for) {
-    minor = any_minor;
+    minor = sd::any_minor;
     format.expected += ", or any";
     format.shape.words = {"any"};
     format.read = [number = std::move(format.read)](std::string_view text) {
-      return text == "any" ? std::optional{any_minor} : number(text);
+      return text == "any" ? std::optional{sd::any_minor} : number(text);
     };
   }
   element.read("minor", format, minor);

@@ -22,16 +22,18 @@ Environment process_environment() {
 
 std::string apply_ros_environment(DdsSettings& settings, const Environment& environment) {
   const std::string domain = environment("ROS_DOMAIN_ID").value_or("");
-  if (!settings.domain && !domain.empty()) {  // ROS 2 ignores an empty one too
+  if (!settings.has_domain && !domain.empty()) {  // ROS 2 ignores an empty one too
     const auto format = domain_id();
-    settings.domain = format.read(domain);
-    if (!settings.domain) {
+    const auto read = format.read(domain);
+    if (!read) {
       return fmt::format(
           "ROS_DOMAIN_ID in the environment: expected {}, found {} (dds.domain would override it)",
           format.expected, documents::quote(domain));
     }
+    settings.domain = *read;
+    settings.has_domain = true;
   }
-  if (settings.discovery_servers.empty() && settings.profiles.empty()) {  // profiles may have servers
+  if (settings.discovery_servers.empty() && settings.profiles_file.empty()) {  // profiles may have servers
     // If we do not understand the text, Fast DDS reads it itself, or says what is wrong with it.
     const auto servers = discovery_servers().read(environment("ROS_DISCOVERY_SERVER").value_or(""));
     settings.discovery_servers = servers.value_or(settings.discovery_servers);

@@ -19,7 +19,8 @@ dds::ParticipantConfig dds_place(const std::optional<BridgeConfig>& config,
                                  std::optional<std::uint32_t> domain, const std::string& name) {
   DdsSettings dds = config ? config->dds : DdsSettings{};
   if (domain) {
-    dds.domain = domain;
+    dds.domain = *domain;
+    dds.has_domain = true;
   }
   if (!config) {  // whose loader has done this
     if (const std::string fault = apply_ros_environment(dds, process_environment()); !fault.empty()) {

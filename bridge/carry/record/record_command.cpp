@@ -4,8 +4,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <memory>
+#include <string_view>
+#include <utility>
 
 #include "bridge/carry/commands/explain.hpp"
 #include "bridge/carry/config/topic_pattern.hpp"
@@ -89,15 +92,28 @@ TopicRecorder::Settings topics_of(const RecordArguments& arguments,
   return settings;
 }
 
+/// What a loss of the recorder means, for a person.
+std::string in_words(std::string_view loss) {
+  constexpr std::array<std::pair<std::string_view, const char*>, 5> words{{
+      {"queue_full", "messages came faster than the disk took them (queue_full)"},
+      {"write_failed", "messages could not be written (write_failed)"},
+      {"too_many_channels", "messages had no channel left (too_many_channels)"},
+      {"frames_queue_full", "frames came faster than the disk took them (queue_full)"},
+      {"frames_write_failed", "frames could not be written (write_failed)"},
+  }};
+  const auto found = std::ranges::find(words, loss, [](const auto& one) { return one.first; });
+  return found == words.end() ? fmt::format("were dropped ({})", loss) : found->second;
+}
+
 /// What is missing, by reason; empty: nothing.
 std::vector<std::pair<std::string, std::uint64_t>> losses(const record::RecorderCounters& recorder,
                                                           const record::Texts& elsewhere) {
-  std::vector<std::pair<std::string, std::uint64_t>> all{
-      {"messages came faster than the disk took them (queue_full)", recorder.queue_full},
-      {"messages could not be written (write_failed)", recorder.write_failed},
-      {"messages had no channel left (too_many_channels)", recorder.too_many_channels},
-      {"frames came faster than the disk took them (queue_full)", recorder.frames_queue_full},
-      {"frames could not be written (write_failed)", recorder.frames_write_failed}};
+  std::vector<std::pair<std::string, std::uint64_t>> all;
+  recorder.for_each_counter([&](const char* name, std::uint64_t count, someip::CounterKind kind) {
+    if (kind == someip::CounterKind::loss) {
+      all.emplace_back(in_words(name), count);
+    }
+  });
   for (const auto& [name, count] : elsewhere) {
     all.emplace_back(fmt::format("were lost before ({})", name), std::stoull(count));
   }
@@ -217,8 +233,8 @@ class Recording {
     for (const auto& [what, count] : losses(counters, lost())) {
       fmt::print("{} {}\n", count, what);
     }
-    if (!counters.error.empty()) {
-      cli::Session::warn(fmt::format("not all could be written: {}", counters.error));
+    if (const std::string error = recorder_.error(); !error.empty()) {
+      cli::Session::warn(fmt::format("not all could be written: {}", error));
     }
     return counters.lost_any() ? cli::exit_failure : cli::exit_ok;
   }

@@ -67,12 +67,14 @@ bool is_followed(const std::map<std::string, QosSettings>& following, const dds:
 // The interface that has our address, if it is not the configured one; as SomeipPicture wants it.
 std::string other_interface_of(const SomeipSettings& settings) {
   const unsigned found = someip::interface_of(settings.address);
-  if (settings.interface.empty() || found == 0 || found == if_nametoindex(settings.interface.c_str())) {
+  if (settings.multicast_interface.empty() || found == 0 ||
+      found == if_nametoindex(settings.multicast_interface.c_str())) {
     return {};
   }
   std::array<char, IF_NAMESIZE> name{};
   return fmt::format("{} is not that of `interface` {}, but of {}", someip::to_string(settings.address),
-                     settings.interface, if_indextoname(found, name.data()) == nullptr ? "?" : name.data());
+                     settings.multicast_interface,
+                     if_indextoname(found, name.data()) == nullptr ? "?" : name.data());
 }
 
 void log_dds(spdlog::logger& logger, const dds::Happening& happening) {
@@ -117,7 +119,7 @@ struct Bridge::State {
         file{config.file},
         someip_settings{config.someip},
         other_interface{other_interface_of(config.someip)},
-        domain{config.dds.domain.value_or(0)},
+        domain{config.dds.domain},
         names{std::move(id_names)},
         started{clock->now()} {}
 
@@ -226,8 +228,8 @@ struct Bridge::State {
     SomeipPicture& seen = all.networks.someip;
     const sd::SdCounters& discovery = node->discovery_counters();
     seen.address = someip::to_string(context.address);
-    seen.interface = someip_settings.interface;
-    seen.port = someip_settings.sd.port;
+    seen.interface = someip_settings.multicast_interface;
+    seen.port = someip_settings.port;
     seen.other_interface = other_interface;
     seen.discovery_received = discovery.messages_received;
     seen.outside_subnet = discovery.dropped_source;
@@ -314,7 +316,7 @@ Bridge::Bridge(boost::asio::io_context& io, const BridgeConfig& config, messages
                Report& report, IdNames names)
     : state_{std::make_unique<State>(io, config, types, report, std::move(names))} {
   State& state = *state_;
-  start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.interface); });
+  start_at(config, config.someip.interface_mark, [&] { check_interface(config.someip.multicast_interface); });
   // First all sockets, which may be taken: who joins DDS is seen by others at once.
   state.join_someip(config);
   if (!config.patterns.empty()) {

@@ -31,17 +31,20 @@ std::vector<Label> labels_of(const MethodRoute& method) {
           {"method", hex(value(method.method))}};
 }
 
+void add(CounterGroup& sum, const Counter& counter) {
+  const auto same = std::ranges::find(sum.counters, std::string_view{counter.name},
+                                      [](const Counter& one) { return std::string_view{one.name}; });
+  if (same == sum.counters.end()) {
+    sum.counters.push_back(counter);
+  } else {
+    same->count += counter.count;
+  }
+}
+
 void add(CounterGroup& sum, const CounterGroup& ended) {
   for (const Counter& counter : ended.counters) {
-    if (counter.kind == Counter::Kind::now) {
-      continue;
-    }
-    const auto same = std::ranges::find(sum.counters, std::string_view{counter.name},
-                                        [](const Counter& one) { return std::string_view{one.name}; });
-    if (same == sum.counters.end()) {
-      sum.counters.push_back(counter);
-    } else {
-      same->count += counter.count;
+    if (counter.kind != Counter::Kind::now) {
+      add(sum, counter);
     }
   }
 }

@@ -39,6 +39,22 @@ struct CounterGroup {
 [[nodiscard]] std::vector<Label> labels_of(const Route& route);
 [[nodiscard]] std::vector<Label> labels_of(const MethodRoute& method);
 
+/// Appends a counter, or adds it to the one of its name.
+void add(CounterGroup& sum, const Counter& counter);
+/// For for_each_counter(): adds each.
+[[nodiscard]] inline auto into(CounterGroup& group) {
+  return [&group](const char* name, std::uint64_t count, Counter::Kind kind) {
+    add(group, Counter{name, count, kind});
+  };
+}
+/// The same without traffic: where the group counts that in its own way.
+[[nodiscard]] inline auto losses_into(CounterGroup& group) {
+  return [&group](const char* name, std::uint64_t count, Counter::Kind kind) {
+    if (kind != Counter::Kind::traffic) {
+      add(group, Counter{name, count, kind});
+    }
+  };
+}
 /// Adds what was counted by something that has ended.
 void add(CounterGroup& sum, const CounterGroup& ended);
 

@@ -115,15 +115,8 @@ class EventToTopic final : public RunningRoute {
          {"unexpected", sd.other_events, loss},
          {"no_reader", no_reader_, loss},
          {"not_convertible", not_convertible_, loss},
-         {"too_large", too_large_, loss},
-         {"dds_bad_encapsulation", dds.bad_encapsulation, loss},
-         {"dds_oversize", dds.oversize, loss},
-         {"dds_refused", dds.refused, loss},
-         {"dds_other_type", dds.other_type, loss},
-         {"dds_overwritten", dds.overwritten, doubt},
-         {"dds_incompatible_qos", dds.incompatible_qos, loss},
-         {"dds_deadlines_missed", dds.deadlines_missed, loss},
-         {"dds_liveliness_lost", dds.liveliness_lost, loss}}};
+         {"too_large", too_large_, loss}}};
+    dds.for_each_counter(losses_into(group));
     append_map(group, plan_);
     append_e2e(group, e2e_);
     return group;

@@ -88,7 +88,6 @@ class MethodToService final : public RunningRoute {
 
   [[nodiscard]] CounterGroup counters() const override {
     using enum someip::CounterKind;
-    const dds::ServiceClientCounters ros = client_->counters();
     CounterGroup group{"method of ROS service " + method_.ros_service,
                        {{"received", received_},
                         {"answered", answered_},
@@ -98,25 +97,12 @@ class MethodToService final : public RunningRoute {
                         {"too_large", too_large_, loss},
                         {"returned", returned_, loss},
                         {"looped", loop_.looped(), loss},
-                        {"unavailable", ros.unavailable, loss},
-                        {"gone", ros.gone, loss},
-                        {"timed_out", ros.timed_out, loss},
-                        {"too_many", ros.too_many + too_many_, loss},
+                        {"too_many", too_many_, loss},
                         {"over_share", over_share_, loss},
-                        {"not_written", ros.not_written, loss},
                         {"answers_not_convertible", answers_not_convertible_, loss},
                         {"answers_too_large", answers_too_large_, loss},
-                        {"answers_not_sent", answers_not_sent_, loss},
-                        {"dds_requests", ros.requests},
-                        {"dds_replies", ros.replies},
-                        {"dds_foreign", ros.foreign},
-                        {"dds_late", ros.late, loss},
-                        {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
-                        {"dds_dropped", ros.dropped, loss},
-                        {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
-                        {"dds_oversize", ros.reader.oversize, loss},
-                        {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
-                        {"dds_overwritten", ros.writer.overwritten, doubt}}};
+                        {"answers_not_sent", answers_not_sent_, loss}}};
+    client_->counters().for_each_counter(into(group));
     append_e2e(group, e2e_);
     return group;
   }

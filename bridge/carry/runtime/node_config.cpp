@@ -107,8 +107,8 @@ void size_discovery(const BridgeConfig& config, std::size_t parts, sd::NodeConfi
   // A peer that is started anew ends a service and a subscription for each, and may have had them all.
   raise(limits.max_pending_events, 4 * parts);
   // Whoever subscribes to all does so anew with each offer, and first looks for all, several times.
-  const auto offers_per_second = static_cast<std::size_t>(
-      std::max(Duration{std::chrono::seconds{1}} / config.someip.sd.cyclic_offer_delay, Duration::rep{1}));
+  const auto offers_per_second = static_cast<std::size_t>(std::max(
+      Duration{std::chrono::seconds{1}} / config.someip.timing.cyclic_offer_delay, Duration::rep{1}));
   sd::DiscoveryRules& rules = node.discovery;
   rules.max_entries_per_second = static_cast<std::uint32_t>(
       std::max<std::size_t>(rules.max_entries_per_second, 4 * parts * offers_per_second));
@@ -207,27 +207,16 @@ void make_room_for_guests(sd::NodeConfig& node) {
 }  // namespace
 
 sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) {
-  const SdSettings& sd = config.someip.sd;
-  sd::NodeConfig node{.address = config.someip.address,
-                      .multicast_interface = config.someip.interface,
-                      .multicast = sd.multicast,
-                      .port = sd.port};
-  node.timing = sd;
-  node.check_subnet = sd.check_subnet;
-  node.discovery.own_endpoints_only = sd.own_endpoints_only;
-  node.foreign_endpoints = sd.foreign_endpoints;
-  node.access = config.someip.access;
-  node.tls = config.someip.tls;
+  sd::NodeConfig node = config.someip;
   if (sd::AccessPolicy policy = policy_of(config); !policy.rules.empty()) {
     node.access.policies.push_back(std::move(policy));
   }
-  if (sd.tell_dds_domain) {
+  if (config.someip.tell_dds_domain) {
     // Where participants of this domain look for each other, unless told otherwise (DDSI-RTPS, 9.6.1).
     constexpr std::uint32_t first_port = 7400;
     constexpr std::uint32_t ports_per_domain = 250;
-    node.gateway_to = {
-        IpAddress::v4(239, 255, 0, 1),
-        static_cast<std::uint16_t>(first_port + ports_per_domain * config.dds.domain.value_or(0))};
+    node.gateway_to = {IpAddress::v4(239, 255, 0, 1),
+                       static_cast<std::uint16_t>(first_port + ports_per_domain * config.dds.domain)};
   }
   const std::vector<Demand> demands = demands_of(config);
   std::size_t parts = 0;
@@ -250,18 +239,17 @@ sd::NodeConfig node_config(const BridgeConfig& config, std::size_t descriptors) 
                                                            : room_for(received, node.receive_buffer_bytes);
   node.send_buffer_bytes = config.someip.send_buffer ? static_cast<int>(*config.someip.send_buffer)
                                                      : room_for(sent, node.send_buffer_bytes);
-  node.tcp_idle_timeout = config.someip.tcp_idle_timeout;
-  node.busy_poll = std::chrono::ceil<std::chrono::microseconds>(config.someip.busy_poll);
   node.max_calls = static_cast<std::uint16_t>(std::min(calls, most_calls));
   // A route has up to two messages on their way at once.
   node.max_queued_bytes =
       std::max(node.max_queued_bytes, 2 * (node.max_message_bytes + someip::header_bytes));
   for (const LimitKey& key : limit_keys()) {
-    if (const auto given = config.someip.limits.find(key.name); given != config.someip.limits.end()) {
+    if (const auto given = config.someip.given_limits.find(key.name);
+        given != config.someip.given_limits.end()) {
       key.set(node, given->second);
     }
   }
-  if (!config.someip.limits.contains("max_tcp_connections")) {
+  if (!config.someip.given_limits.contains("max_tcp_connections")) {
     // As many as the ports accept: who takes all that one address may have at each leaves the others theirs.
     raise(node.limits.max_tcp_connections,
           std::max<std::size_t>(256, tcp_ports_of(demands) * node.max_tcp_clients));

@@ -1,26 +1,8 @@
 #include "bridge/carry/runtime/node_counters.hpp"
 
-#include <algorithm>
-#include <string_view>
 #include <utility>
 
 namespace trestle::carry {
-namespace {
-
-/// For for_each_counter(): appends a counter to the group, or adds it to the one of its name.
-auto into(CounterGroup& group) {
-  return [&group](const char* name, std::uint64_t count, Counter::Kind kind) {
-    const auto same = std::ranges::find(group.counters, std::string_view{name},
-                                        [](const Counter& one) { return std::string_view{one.name}; });
-    if (same == group.counters.end()) {
-      group.counters.push_back({name, count, kind});
-    } else {
-      same->count += count;
-    }
-  };
-}
-
-}  // namespace
 
 NodeCounts counts_of(const sd::Node& node) {
   return {node.counters(),

@@ -147,7 +147,6 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                         {"not_convertible", not_convertible_, loss},
                         {"too_large", too_large_, loss},
                         {"looped", loop_.looped(), loss},
-                        {"dds_from_bridge", ros.reader.from_bridge, loss},
                         {"too_many", too_many_, loss},
                         {"over_share", over_share_, loss},
                         {"unavailable", unavailable_, loss},
@@ -155,17 +154,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                         {"not_sent", not_sent_, loss},
                         {"errors", errors_, loss},
                         {"answers_not_convertible", answers_not_convertible_, loss},
-                        {"ended", ended_, loss},
-                        {"dds_replies", ros.replies},
-                        {"dds_malformed", ros.malformed + ros.reader.bad_encapsulation, loss},
-                        {"dds_dropped", ros.dropped, loss},
-                        {"dds_other_type", ros.reader.other_type + ros.writer.other_type, loss},
-                        {"dds_client_gone", ros.client_gone, loss},
-                        {"dds_unmatched", ros.unmatched + ros.too_many, loss},
-                        {"dds_not_written", ros.not_written, loss},
-                        {"dds_oversize", ros.reader.oversize, loss},
-                        {"dds_lost", ros.reader.lost + ros.reader.rejected, loss},
-                        {"dds_overwritten", ros.writer.overwritten, doubt}}};
+                        {"ended", ended_, loss}}};
+    ros.for_each_counter(into(group));
     append_e2e(group, e2e_);
     return group;
   }

@@ -151,39 +151,30 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
     const dds::ReaderCounters dds = reader_ ? reader_->counters() : dds::ReaderCounters{};
     dds::ReaderCounters all = past_;
     all += dds;
+    all.incompatible_qos = dds.incompatible_qos;  // of readers before: why they are gone
     const std::uint64_t publishers = reader_ ? reader_->matched() : 0;
     const std::uint64_t bridges = context_.dds->bridge_ends(dds::ros_topic_name(route_.topic)).size();
     const std::uint64_t offered = offer_->handle() ? 1 : 0;
     const std::lock_guard lock{mutex_};
-    CounterGroup group{
-        "route " + route_.topic + " to SOME/IP",
-        {{"received", received_},
-         {"carried", carried_},
-         {"bytes", carried_bytes_},
-         {"publishers", publishers, now},
-         {"bridges", bridges, now},
-         {"offered", offered, now},
-         {"no_subscriber", no_subscriber_, loss},
-         {"kept", kept_},
-         {"expired", expired_, loss},
-         {"overtaken", overtaken_, loss},
-         {"not_convertible", not_convertible_, loss},
-         {"too_large", too_large_, loss},
-         {"not_sent", send_dropped_, loss},
-         {"slow_subscriber", slow_subscriber_, loss},
-         {"copied", copied_},
-         {"stopped", stopped_, loss},
-         {"looped", loop_.looped(), loss},
-         {"dds_own", all.own, loss},
-         {"dds_from_bridge", all.from_bridge, loss},
-         {"dds_other_type", all.other_type, loss},
-         {"dds_bad_encapsulation", all.bad_encapsulation, loss},
-         {"dds_oversize", all.oversize, loss},
-         {"dds_lost", all.lost, loss},
-         {"dds_rejected", all.rejected, loss},
-         {"dds_incompatible_qos", dds.incompatible_qos, loss},  // of those before: why they are gone
-         {"dds_deadlines_missed", all.deadlines_missed, loss},
-         {"dds_liveliness_lost", all.liveliness_lost, loss}}};
+    CounterGroup group{"route " + route_.topic + " to SOME/IP",
+                       {{"received", received_},
+                        {"carried", carried_},
+                        {"bytes", carried_bytes_},
+                        {"publishers", publishers, now},
+                        {"bridges", bridges, now},
+                        {"offered", offered, now},
+                        {"no_subscriber", no_subscriber_, loss},
+                        {"kept", kept_},
+                        {"expired", expired_, loss},
+                        {"overtaken", overtaken_, loss},
+                        {"not_convertible", not_convertible_, loss},
+                        {"too_large", too_large_, loss},
+                        {"not_sent", send_dropped_, loss},
+                        {"slow_subscriber", slow_subscriber_, loss},
+                        {"copied", copied_},
+                        {"stopped", stopped_, loss},
+                        {"looped", loop_.looped(), loss}}};
+    all.for_each_counter(losses_into(group));
     append_map(group, plan_);
     return group;
   }

@@ -8,6 +8,7 @@
 
 #include "bridge/cli/shell_word.hpp"
 #include "bridge/conform/report.hpp"
+#include "bridge/documents/xml_text.hpp"
 #include "bridge/messages/values/byte_text.hpp"
 #include "bridge/web/assets.hpp"
 
@@ -137,14 +138,15 @@ std::string fuzz_page(const FuzzResult& result, const FuzzInfo& info) {
       "<style>{1}\nmain{{max-width:70rem;margin:2rem auto;padding:0 1rem}} pre{{overflow-x:auto}} "
       "td,th{{text-align:left;padding:.15rem .8rem .15rem 0}}</style></head>\n<body><main>\n"
       "<h1>{0}</h1>\n<p>{2}, <code>{3}</code></p>\n<pre>{4}</pre>\n",
-      xml_text(info.device), look == assets.end() ? std::string_view{} : look->text, xml_text(result.started),
-      xml_text(info.command), xml_text(fuzz_summary(result, info)));
+      documents::xml_text(info.device), look == assets.end() ? std::string_view{} : look->text,
+      documents::xml_text(result.started), documents::xml_text(info.command),
+      documents::xml_text(fuzz_summary(result, info)));
   if (!result.gave_up.empty()) {
-    page += fmt::format("<p><strong>It ended early:</strong> {}</p>\n", xml_text(result.gave_up));
+    page += fmt::format("<p><strong>It ended early:</strong> {}</p>\n", documents::xml_text(result.gave_up));
   }
   page += "<h2>States</h2>\n<table><tr><th>state</th><th>sequences</th></tr>\n";
   for (const auto& [state, count] : result.states) {
-    page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", xml_text(state), count);
+    page += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", documents::xml_text(state), count);
   }
   page += fmt::format("</table>\n<h2>Findings: {}</h2>\n", result.findings.size());
   for (const Finding& one : result.findings) {
@@ -152,9 +154,10 @@ std::string fuzz_page(const FuzzResult& result, const FuzzInfo& info) {
         "<details><summary><strong>{}</strong> {}</summary>\n"
         "<p>After {:.1f} s, state \"{}\"; {}; seen {} times. {} of {} steps are needed.</p>\n"
         "<p>Again: <code>{}</code>; its packets: <a href=\"{}\">{}</a></p>\n<pre>",
-        to_string(one.kind), xml_text(one.what), seconds_of(one.after), xml_text(one.sequence.state),
-        how_sure(one), one.seen, one.sequence.steps.size(), one.steps_found,
-        xml_text(replay_command(one, info)), xml_text(one.evidence), xml_text(one.evidence));
+        to_string(one.kind), documents::xml_text(one.what), seconds_of(one.after),
+        documents::xml_text(one.sequence.state), how_sure(one), one.seen, one.sequence.steps.size(),
+        one.steps_found, documents::xml_text(replay_command(one, info)), documents::xml_text(one.evidence),
+        documents::xml_text(one.evidence));
     for (const Step& step : one.sequence.steps) {
       page += fmt::format("{:12} {:5}  {}\n", way_name(step.way), step.port, whole_hex(step.bytes));
     }

@@ -2,8 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <set>
+#include <string>
 
 #include "bridge/picture/causes.hpp"
 
@@ -113,6 +118,20 @@ TEST(Metrics, AreOpenMetricsWhereThatIsWanted) {
   EXPECT_THAT(text, HasSubstr("# UNIT trestle_running_seconds seconds\n"));
   EXPECT_THAT(text, EndsWith("\n# EOF\n"));
   EXPECT_THAT(metrics(picture(), MetricsForm::prometheus), Not(HasSubstr("# EOF")));
+}
+
+// A new field also has to be in metrics.cpp.
+TEST(Metrics, HaveEachCounterOfViewersOnALineOfItsOwn) {
+  constexpr std::size_t fields = sizeof(ViewerCounters) / sizeof(std::uint64_t);
+  const auto of_viewers = [](const std::array<std::uint64_t, fields>& numbers) {
+    return metrics({}, MetricsForm::prometheus, std::bit_cast<ViewerCounters>(numbers));
+  };
+  std::set<std::string> texts{of_viewers({})};
+  for (std::size_t field = 0; field < fields; ++field) {
+    std::array<std::uint64_t, fields> numbers{};
+    numbers.at(field) = 1;
+    EXPECT_TRUE(texts.insert(of_viewers(numbers)).second) << "field " << field << " of ViewerCounters";
+  }
 }
 
 /// For promtool_test.py.

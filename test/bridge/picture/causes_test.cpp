@@ -7,6 +7,7 @@
 #include <set>
 
 #include "bridge/picture/id_names.hpp"
+#include "sd/wire/entry.hpp"
 
 namespace trestle::test::causes_test {
 namespace {
@@ -22,7 +23,6 @@ using testing::HasSubstr;
 using testing::SizeIs;
 
 constexpr std::int64_t second_ns = 1'000'000'000;
-constexpr std::uint32_t any_minor = 0xffff'ffff;
 
 /// Two other hosts and three participants are there.
 Picture around() {
@@ -48,7 +48,7 @@ RoutePicture route(const char* kind) {
   result.member = 0x8001;
   result.eventgroup = 7;
   result.major = 1;
-  result.minor = any_minor;
+  result.minor = sd::any_minor;
   return result;
 }
 /// From SOME/IP, of a service that is offered.

@@ -171,7 +171,7 @@ TEST_F(TheRecorder, GoesOnAfterTheDiskWasFull) {
       return recorder.counters().write_failed > 0;
     }));
   }
-  EXPECT_EQ(recorder.counters().error, "File too large");
+  EXPECT_EQ(recorder.error(), "File too large");
   ASSERT_TRUE(comes_true([&, before = recorder.counters().messages] {
     add(recorder, a, 1'000'000);
     return recorder.counters().messages > before;

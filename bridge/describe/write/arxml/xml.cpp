@@ -2,34 +2,17 @@
 
 #include <algorithm>
 
+#include "bridge/documents/xml_text.hpp"
+
 namespace trestle::describe::arxml_writer {
 
 std::string escaped(std::string_view text) {
   std::string out;
-  for (const char letter : text) {
-    switch (letter) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\n':
-        out += "&#10;";
-        break;
-      case '\t':
-        out += "&#9;";
-        break;
-      default:
-        if (static_cast<unsigned char>(letter) >= 0x20) {  // others cannot be in XML at all
-          out += letter;
-        }
+  for (const char letter : documents::xml_text(text)) {
+    if (letter == '\n' || letter == '\r' || letter == '\t') {
+      out += "&#" + std::to_string(int{letter}) + ";";
+    } else {
+      out += letter;
     }
   }
   return out;

@@ -7,7 +7,7 @@
 
 namespace trestle::describe::arxml_writer {
 
-/// "&" as "&amp;" and so on; line ends and control characters as references, so that they survive.
+/// As documents::xml_text(), with line ends and tabs as references, so that they survive.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 /// A short name as the schema asks for: letters, digits and single '_', a letter first, 127 at most.

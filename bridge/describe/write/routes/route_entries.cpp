@@ -20,6 +20,7 @@
 #include "bridge/documents/format.hpp"
 #include "bridge/messages/types/names.hpp"
 #include "bridge/messages/values/wire_yaml.hpp"
+#include "sd/wire/entry.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -28,8 +29,6 @@ namespace {
 // Why there is no route of a member.
 constexpr const char* no_id = "it has no id";
 constexpr const char* no_eventgroup = "it has no eventgroup";
-
-constexpr std::uint32_t any_minor = 0xffff'ffff;
 
 template <typename Id>
 std::string hex(Id id) {
@@ -408,11 +407,11 @@ class Entries {
     }
     if (side_ == Side::client) {
       node["minor"] =
-          instance_.minor && *instance_.minor != any_minor && instance_.role == Instance::Role::required
+          instance_.minor && *instance_.minor != sd::any_minor && instance_.role == Instance::Role::required
               ? fmt::to_string(*instance_.minor)
               : std::string{"any"};
     } else if (const std::uint32_t minor = instance_.minor.value_or(service_.minor);
-               minor != 0 && minor != any_minor) {
+               minor != 0 && minor != sd::any_minor) {
       node["minor"] = fmt::to_string(minor);
     }
   }

@@ -13,6 +13,7 @@
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/units.hpp"
+#include "bridge/documents/xml_text.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -95,7 +96,7 @@ class HtmlSheet : public SheetForm {
     text_ =
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-        plain(title) +
+        documents::xml_text(title) +
         "</title>\n<style>\n"
         ":root { color-scheme: light dark; }\n"
         "body { font: 15px/1.5 system-ui, sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; }\n"
@@ -106,9 +107,9 @@ class HtmlSheet : public SheetForm {
         "</style>\n</head>\n<body>\n";
   }
   void heading(int level, std::string_view text) override {
-    text_ += fmt::format("<h{0}>{1}</h{0}>\n", level, plain(text));
+    text_ += fmt::format("<h{0}>{1}</h{0}>\n", level, documents::xml_text(text));
   }
-  void paragraph(std::string_view text) override { text_ += "<p>" + plain(text) + "</p>\n"; }
+  void paragraph(std::string_view text) override { text_ += "<p>" + documents::xml_text(text) + "</p>\n"; }
   void table(const std::vector<std::string>& head,
              const std::vector<std::vector<std::string>>& rows) override {
     text_ += "<table>\n";
@@ -122,31 +123,9 @@ class HtmlSheet : public SheetForm {
   void row(const std::vector<std::string>& cells, const char* tag) {
     text_ += "<tr>";
     for (const std::string& cell : cells) {
-      text_ += fmt::format("<{0}>{1}</{0}>", tag, plain(cell));
+      text_ += fmt::format("<{0}>{1}</{0}>", tag, documents::xml_text(cell));
     }
     text_ += "</tr>\n";
-  }
-  static std::string plain(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-      switch (c) {
-        case '&':
-          out += "&amp;";
-          break;
-        case '<':
-          out += "&lt;";
-          break;
-        case '>':
-          out += "&gt;";
-          break;
-        case '"':
-          out += "&quot;";
-          break;
-        default:
-          out += c;
-      }
-    }
-    return out;
   }
   std::string text_;
 };

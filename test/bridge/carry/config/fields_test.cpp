@@ -121,7 +121,7 @@ TEST(LoadFields, OfASomeipServerAreThereWhileItIs) {
   ASSERT_THAT(config.routes, SizeIs(1));
   EXPECT_EQ(config.routes[0].direction, Direction::someip_to_dds);
   EXPECT_EQ(config.routes[0].presence, Presence{.write_while_offered = true});
-  EXPECT_EQ(config.routes[0].minor, any_minor);
+  EXPECT_EQ(config.routes[0].minor, sd::any_minor);
   EXPECT_EQ(config.routes[0].transport, Transport::udp);
   ASSERT_THAT(config.methods, SizeIs(2));
   EXPECT_EQ(config.methods[0].ros_service, "/light/get");
@@ -131,7 +131,7 @@ TEST(LoadFields, OfASomeipServerAreThereWhileItIs) {
   for (const MethodRoute& method : config.methods) {
     EXPECT_EQ(method.server, Server::someip);
     EXPECT_EQ(method.transport, std::nullopt);
-    EXPECT_EQ(method.minor, any_minor);
+    EXPECT_EQ(method.minor, sd::any_minor);
   }
 }
 

@@ -50,16 +50,16 @@ class BigSystems : public testing::Test {
 
 TEST_F(BigSystems, HaveNoneOfThisByDefault) {
   const DdsSettings dds = load("domain: 1").dds;
-  EXPECT_EQ(dds.profiles, "");
+  EXPECT_EQ(dds.profiles_file, "");
   EXPECT_TRUE(dds.discovery_servers.empty());
   EXPECT_EQ(dds.security, carry::SecuritySettings{});
 }
 
 TEST_F(BigSystems, NameAProfile) {
-  EXPECT_EQ(load("profiles: profiles.xml").dds.profiles, folder_ + "/profiles.xml");
+  EXPECT_EQ(load("profiles: profiles.xml").dds.profiles_file, folder_ + "/profiles.xml");
   EXPECT_EQ(load("profiles: profiles.xml").dds.profile, "trestle");
   const auto config = load("profiles: " + folder_ + "/profiles.xml\n  profile: vehicle");
-  EXPECT_EQ(config.dds.profiles, folder_ + "/profiles.xml");
+  EXPECT_EQ(config.dds.profiles_file, folder_ + "/profiles.xml");
   EXPECT_EQ(config.dds.profile, "vehicle");
   EXPECT_THAT(summary(config, {}), HasSubstr("  profile vehicle of " + folder_ + "/profiles.xml\n"));
   EXPECT_THAT(problems_of(with("profiles: none.xml")),

@@ -45,18 +45,18 @@ TEST(LoadConfig, ReadsEveryKey) {
   const BridgeConfig config = load_good(good_config);
   EXPECT_EQ(config.file, "bridge.yaml");
   EXPECT_EQ(config.someip.address, IpAddress::v4(192, 0, 2, 1));
-  EXPECT_EQ(config.someip.interface, "eth0");
-  const SdSettings sd{{.initial_delay_min = 20ms,
-                       .initial_delay_max = 200ms,
-                       .repetitions_base_delay = 40ms,
-                       .repetitions_max = 4,
-                       .cyclic_offer_delay = 2s,
-                       .request_response_delay_min = 5ms,
-                       .request_response_delay_max = 15ms,
-                       .ttl_s = 10},
-                      IpAddress::v4(239, 1, 2, 3),
-                      30491};
-  EXPECT_EQ(config.someip.sd, sd);
+  EXPECT_EQ(config.someip.multicast_interface, "eth0");
+  const sd::Timing timing{.initial_delay_min = 20ms,
+                          .initial_delay_max = 200ms,
+                          .repetitions_base_delay = 40ms,
+                          .repetitions_max = 4,
+                          .cyclic_offer_delay = 2s,
+                          .request_response_delay_min = 5ms,
+                          .request_response_delay_max = 15ms,
+                          .ttl_s = 10};
+  EXPECT_EQ(config.someip.timing, timing);
+  EXPECT_EQ(config.someip.multicast, IpAddress::v4(239, 1, 2, 3));
+  EXPECT_EQ(config.someip.port, 30491);
   EXPECT_EQ(config.dds.domain, 7U);
   EXPECT_THAT(config.dds.interfaces, ElementsAre("127.0.0.1", "192.0.2.7"));
   EXPECT_EQ(config.dds.shared_memory, true);
@@ -139,9 +139,12 @@ TEST(LoadConfig, ReadsEveryKey) {
 
 TEST(LoadConfig, LeavesDefaultsWhereNothingIsSaid) {
   const BridgeConfig config = load_good(smallest);
-  EXPECT_EQ(config.someip.sd, SdSettings{});
-  EXPECT_EQ(config.someip.interface, "");
-  EXPECT_EQ(config.dds.domain, std::nullopt);
+  EXPECT_EQ(config.someip.timing, sd::Timing{});
+  EXPECT_EQ(config.someip.multicast, IpAddress::v4(224, 244, 224, 245));
+  EXPECT_EQ(config.someip.port, 30490);
+  EXPECT_EQ(config.someip.multicast_interface, "");
+  EXPECT_FALSE(config.dds.has_domain);
+  EXPECT_EQ(config.dds.domain, 0U);
   EXPECT_THAT(config.dds.interfaces, IsEmpty());
   EXPECT_EQ(config.dds.shared_memory, std::nullopt);
   EXPECT_THAT(config.types.folders, IsEmpty());
@@ -225,12 +228,12 @@ TEST(LoadConfig, TakesIpv6WithAMulticastAddressOfItsOwn) {
   EXPECT_TRUE(config.someip.address.v6);
   EXPECT_EQ(config.someip.address.bytes[0], 0xfd);
   EXPECT_EQ(config.someip.address.bytes[15], 0x01);
-  EXPECT_TRUE(config.someip.sd.multicast.is_multicast());
+  EXPECT_TRUE(config.someip.multicast.is_multicast());
 }
 
 TEST(LoadConfig, KeepsAnOfferUntilTheNextReboot) {
   const BridgeConfig config = load_good(replaced(good_config, "ttl: 10 s", "ttl: until_reboot"));
-  EXPECT_EQ(config.someip.sd.ttl_s, 0xff'ffffU);
+  EXPECT_EQ(config.someip.timing.ttl_s, 0xff'ffffU);
 }
 
 TEST(LoadConfig, LeavesBuffersToTheSizeOfMessagesUnlessTold) {
@@ -261,30 +264,30 @@ TEST(LoadConfig, LetsReliabilityChooseTheTransport) {
 
 TEST(LoadConfig, TurnsTheCheckOfTheSubnetOff) {
   covers({"feat_req_someipsd_1149"});
-  EXPECT_TRUE(load_good(good_config).someip.sd.check_subnet);
+  EXPECT_TRUE(load_good(good_config).someip.check_subnet);
   const BridgeConfig config =
       load_good(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    check_subnet: false"));
-  EXPECT_FALSE(config.someip.sd.check_subnet);
+  EXPECT_FALSE(config.someip.check_subnet);
 }
 
 TEST(Load, ReadsWhoMayNameEndpointsOfOthers) {
-  EXPECT_TRUE(load_good(good_config).someip.sd.own_endpoints_only);
+  EXPECT_TRUE(load_good(good_config).someip.discovery.own_endpoints_only);
   const BridgeConfig config = load_good(
       replaced(good_config, "ttl: 10 s",
                "ttl: 10 s\n    own_endpoints_only: false\n    foreign_endpoints: [10.0.0.1 -> 10.0.0.7]"));
-  EXPECT_FALSE(config.someip.sd.own_endpoints_only);
-  ASSERT_EQ(config.someip.sd.foreign_endpoints.size(), 1U);
-  EXPECT_EQ(config.someip.sd.foreign_endpoints[0].peer, IpAddress::v4(10, 0, 0, 1));
-  EXPECT_EQ(config.someip.sd.foreign_endpoints[0].named, IpAddress::v4(10, 0, 0, 7));
+  EXPECT_FALSE(config.someip.discovery.own_endpoints_only);
+  ASSERT_EQ(config.someip.foreign_endpoints.size(), 1U);
+  EXPECT_EQ(config.someip.foreign_endpoints[0].peer, IpAddress::v4(10, 0, 0, 1));
+  EXPECT_EQ(config.someip.foreign_endpoints[0].named, IpAddress::v4(10, 0, 0, 7));
   EXPECT_THAT(problems_of(replaced(good_config, "ttl: 10 s",
                                    "ttl: 10 s\n    foreign_endpoints: [10.0.0.1 10.0.0.7]")),
               testing::Contains(testing::HasSubstr("192.168.1.2 -> 10.0.0.2")));
 }
 
 TEST(Load, ReadsWhetherOffersTellTheDomain) {
-  EXPECT_TRUE(load_good(good_config).someip.sd.tell_dds_domain);
+  EXPECT_TRUE(load_good(good_config).someip.tell_dds_domain);
   EXPECT_FALSE(load_good(replaced(good_config, "ttl: 10 s", "ttl: 10 s\n    tell_dds_domain: false"))
-                   .someip.sd.tell_dds_domain);
+                   .someip.tell_dds_domain);
 }
 
 TEST(LoadConfig, LetsServicesShareAPort) {

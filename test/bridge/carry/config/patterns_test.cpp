@@ -79,7 +79,7 @@ TEST(PatternKeys, AllArrive) {
   EXPECT_TRUE(pattern.follow_reliability);
   EXPECT_EQ(config.patterns[1].route.presence, (carry::Presence{.subscribe_while_read = true}));
   EXPECT_EQ(config.patterns[1].route.port, 40006);
-  EXPECT_EQ(config.patterns[1].route.minor, carry::any_minor);
+  EXPECT_EQ(config.patterns[1].route.minor, sd::any_minor);
   EXPECT_EQ(config_of(with("direction: someip_to_dds")).patterns[0].route.presence,
             (carry::Presence{.write_while_offered = true}));
 }

@@ -35,10 +35,11 @@ TEST(RosEnvironment, ChoosesTheDomainWhereTheFileDoesNot) {
   EXPECT_EQ(open.domain, 42U);
   DdsSettings empty;
   EXPECT_EQ(apply_ros_environment(empty, environment({{"ROS_DOMAIN_ID", ""}})), "");
-  EXPECT_EQ(empty.domain, std::nullopt);
+  EXPECT_FALSE(empty.has_domain);
+  EXPECT_EQ(empty.domain, 0U);
   for (const char* const wrong : {"233", "-1", "x", "1 "}) {
     DdsSettings set;
-    set.domain = 0;
+    set.has_domain = true;
     EXPECT_EQ(apply_ros_environment(set, environment({{"ROS_DOMAIN_ID", wrong}})), "");
     EXPECT_EQ(set.domain, 0U);
     DdsSettings left_open;
@@ -60,7 +61,7 @@ TEST(RosEnvironment, NamesDiscoveryServersWhereTheFileDoesNot) {
   set.discovery_servers = {{"host"}};
   EXPECT_EQ(servers("10.0.0.1", set), Servers{{"host"}});
   DdsSettings profiled;
-  profiled.profiles = "profiles.xml";
+  profiled.profiles_file = "profiles.xml";
   EXPECT_EQ(servers("10.0.0.1", profiled), Servers{});
 }
 

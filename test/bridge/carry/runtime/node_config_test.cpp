@@ -169,7 +169,7 @@ TEST(NodeConfigOfABridge, KnowsEachKey) {
     BridgeConfig config = load("someip: {address: 127.0.0.1}\n" + one_route);
     const auto ns = [](Duration time) { return static_cast<std::uint64_t>(time.count()); };
     const auto text_of = [&](std::uint64_t value) {
-      config.someip.limits[key.name] = value;
+      config.someip.given_limits[key.name] = value;
       const sd::NodeConfig node = node_config(config);
       const sd::Limits& l = node.limits;
       const sd::DiscoveryRules& d = node.discovery;
