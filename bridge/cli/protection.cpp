@@ -38,9 +38,19 @@ tl::expected<sd::E2eSpec, std::string> spec_of(const describe::Protection& e2e, 
 
 /// @return nothing: it has none, or it cannot be done.
 std::optional<sd::E2eSpec> spec_of(const describe::Interfaces& interfaces,
-                                   const describe::ServiceElement& element, E2eUse use) {
-  const describe::Protection* const described = interfaces.protection(element);
+                                   const describe::ServiceElement& element, someip::InstanceId instance,
+                                   E2eUse use) {
+  const describe::Protection* const described = interfaces.protection(element, instance);
   if (described == nullptr) {
+    return std::nullopt;
+  }
+  if (!someip::names_an_instance(instance) && !described->of_instances.empty()) {
+    Session::warn(
+        fmt::format("the E2E protection of {} is not the same in all instances: {}; without an instance that "
+                    "of the others is taken",
+                    element.name, other_instances(*described)));
+  }
+  if (described->profile.empty()) {
     return std::nullopt;
   }
   auto spec = spec_of(*described, element.id, use);
@@ -66,8 +76,9 @@ tl::expected<sd::E2eSpec, std::string> protection_of_call(const describe::Protec
 }
 
 std::vector<sd::E2eSpec> protection_of_call(const describe::Interfaces& interfaces,
-                                            const describe::ServiceElement& method, bool answered) {
-  auto spec = spec_of(interfaces, method, E2eUse::called);
+                                            const describe::ServiceElement& method,
+                                            someip::InstanceId instance, bool answered) {
+  auto spec = spec_of(interfaces, method, instance, E2eUse::called);
   if (!spec) {
     return {};
   }
@@ -93,7 +104,7 @@ std::vector<sd::E2eSpec> protection_of_events(const describe::Interfaces& interf
         std::ranges::find(specs, element->id, &sd::E2eSpec::id) != specs.end()) {
       continue;
     }
-    if (auto spec = spec_of(interfaces, *element, E2eUse::received_event)) {
+    if (auto spec = spec_of(interfaces, *element, subscription.instance, E2eUse::received_event)) {
       spec->pass_failed = true;
       specs.push_back(std::move(*spec));
     }
@@ -112,7 +123,8 @@ std::vector<sd::E2eSpec> protection_of_service(const describe::Interfaces& inter
         !done.insert(id).second) {
       return;
     }
-    if (auto spec = spec_of(interfaces, *element, is_event ? E2eUse::sent_event : E2eUse::served)) {
+    if (auto spec =
+            spec_of(interfaces, *element, service.instance, is_event ? E2eUse::sent_event : E2eUse::served)) {
       spec->pass_failed = !is_event;
       specs.push_back(std::move(*spec));
     }

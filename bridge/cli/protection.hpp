@@ -8,14 +8,15 @@
 #include "sd/net/service_spec.hpp"
 
 /// End-to-end protection as interface descriptions have it, for what commands give a Node. What cannot be
-/// done is a warning on standard error, also with --quiet: the messages then go without it.
+/// done is a warning on standard error, also with --quiet: the messages then go without it. So is that
+/// instances have different ones, where no instance is named.
 namespace trestle::cli {
 
 /// Of a method that is called.
 /// @param answered  false: no answer is checked.
 [[nodiscard]] std::vector<sd::E2eSpec> protection_of_call(const describe::Interfaces& interfaces,
                                                           const describe::ServiceElement& method,
-                                                          bool answered);
+                                                          someip::InstanceId instance, bool answered);
 /// The same for a protection alone, without a warning.
 /// @return or why it cannot be done.
 [[nodiscard]] tl::expected<sd::E2eSpec, std::string> protection_of_call(const describe::Protection& e2e,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "bridge/describe/change_log.hpp"
@@ -14,6 +15,7 @@
 #include "bridge/describe/compare_pairs.hpp"
 #include "bridge/describe/compare_said.hpp"
 #include "bridge/describe/compare_types.hpp"
+#include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/ros_names.hpp"
 #include "bridge/documents/format.hpp"
@@ -125,6 +127,7 @@ class Comparison {
     one_has_ids_ = old.id.has_value() != now.id.has_value();
     ros_names_ = one_has_ids_ && (is_of_routes(old) || is_of_routes(now));
     log_.take_names_of_ros(ros_names_);
+    shared_instances_ = shared_instances(old, now);
     is_strict_ = can_say_the_same(old, now);
     types_.be_strict(is_strict_);
     const std::string& name = is.names ? now.name : old.name;
@@ -135,6 +138,21 @@ class Comparison {
     if (log_.left_out() > left_out) {
       log_.add("deployment-missing", name, text_of(old.id), text_of(now.id), old.place, now.place);
     }
+  }
+
+  /// The ids of instances that both sides have of a service.
+  [[nodiscard]] std::set<someip::InstanceId> shared_instances(const Service& old, const Service& now) const {
+    std::set<someip::InstanceId> before;
+    for (const Instance* one : old_instances_.of(old)) {
+      before.insert(one->id.value_or(someip::any_instance));
+    }
+    std::set<someip::InstanceId> both;
+    for (const Instance* one : new_instances_.of(now)) {
+      if (one->id && before.contains(*one->id)) {
+        both.insert(*one->id);
+      }
+    }
+    return both;
   }
 
   /// What can be compared, as both sides say it.
@@ -408,9 +426,21 @@ class Comparison {
         });
   }
 
+  void protection(const std::string& element, const Protection& old, const Protection& now,
+                  const Place& old_place, const Place& new_place) {
+    if ((old.of_instances.empty() && now.of_instances.empty()) || shared_instances_.empty()) {
+      protection_settings(element, old, now, old_place, new_place);
+      return;
+    }
+    for (const someip::InstanceId id : shared_instances_) {
+      protection_settings(fmt::format("{} in instance {}", element, text_of(std::optional{id})), old.of(id),
+                          now.of(id), old_place, new_place);
+    }
+  }
+
   /// Only what is on the wire: what a receiver tolerates is its own affair.
-  void protection(const std::string& element, const Protection& old, const Protection& now, Place old_place,
-                  Place new_place) {
+  void protection_settings(const std::string& element, const Protection& old, const Protection& now,
+                           Place old_place, Place new_place) {
     const auto before = wire_settings(old);
     const auto after = wire_settings(now);
     const auto word = [](const Protection& e2e) {
@@ -436,10 +466,13 @@ class Comparison {
   const Model& before_;
   const Model& after_;
   const MissingId missing_;
+  const InstanceIndex old_instances_{before_};
+  const InstanceIndex new_instances_{after_};
   ChangeLog log_{};
   PayloadComparison types_;
   Known known_{};
-  bool one_has_ids_ = false;     ///< of the services that are compared
+  std::set<someip::InstanceId> shared_instances_{};  ///< of the services that are compared
+  bool one_has_ids_ = false;                         ///< of the services that are compared
   bool ros_names_ = false;       ///< and one of them is of a route file, which has the names of ROS
   bool is_strict_ = true;        ///< by can_say_the_same()
   bool either_is_seen_ = false;  ///< of the members that are compared, by is_seen()

@@ -100,7 +100,9 @@ class Editing {
 
   void instances(Service& service, const std::string& name, const ServiceEdit& edit, std::uint8_t major) {
     const auto first = [&](Instance& instance) {
+      const auto before = instance.id;
       set(instance.id, edit.instance);
+      take_protections(service, name, before, instance.id);
       set(instance.udp_port, edit.udp_port);
       set(instance.tcp_port, edit.tcp_port);
     };
@@ -121,6 +123,37 @@ class Editing {
     if (!has_instance && (edit.instance || edit.udp_port || edit.tcp_port)) {
       model_.instances.push_back({.service = name, .service_id = service.id, .place = service.place});
       first(model_.instances.back());
+    }
+  }
+
+  /// What is protected otherwise in an instance is so under its new id, too.
+  void take_protections(Service& service, const std::string& name, std::optional<someip::InstanceId> before,
+                        std::optional<someip::InstanceId> now) const {
+    if (!before || !now || before == now) {
+      return;
+    }
+    const bool has_others = std::ranges::any_of(
+        model_.instances, [&](const Instance& one) { return one.service == name && one.id == before; });
+    const auto take = [&](Protection& e2e) {
+      const auto own = e2e.of_instances.find(*before);
+      if (own == e2e.of_instances.end()) {
+        return;
+      }
+      e2e.of_instances.insert_or_assign(*now, own->second);
+      if (!has_others) {
+        e2e.of_instances.erase(own);
+      }
+    };
+    for (Event& one : service.events) {
+      take(one.e2e);
+    }
+    for (Method& one : service.methods) {
+      take(one.e2e);
+    }
+    for (Field& one : service.fields) {
+      take(one.e2e);
+      take(one.getter_e2e);
+      take(one.setter_e2e);
     }
   }
 

@@ -301,21 +301,27 @@ std::string Interfaces::eventgroup_name(someip::ServiceId id, someip::Eventgroup
   return at == found->eventgroups.end() ? std::string{} : at->name;
 }
 
-const Protection* Interfaces::protection(const ServiceElement& element) const {
+const Protection* Interfaces::protection(const ServiceElement& element,
+                                         std::optional<someip::InstanceId> instance) const {
+  const Protection& e2e = protection_of(element).of(instance);
+  return e2e.empty() ? nullptr : &e2e;
+}
+
+const Protection& Interfaces::protection_of(const ServiceElement& element) const {
   const Service& service = system_.model.services[element.service];
-  const Protection* e2e = nullptr;
-  if (element.part == Part::event) {
-    e2e = &service.events[element.member].e2e;
-  } else if (element.part == Part::method) {
-    e2e = &service.methods[element.member].e2e;
-  } else if (element.part == Part::notifier) {
-    e2e = &service.fields[element.member].e2e;
-  } else if (element.part == Part::getter) {
-    e2e = &service.fields[element.member].getter_e2e;
-  } else {
-    e2e = &service.fields[element.member].setter_e2e;
+  switch (element.part) {
+    case Part::event:
+      return service.events[element.member].e2e;
+    case Part::method:
+      return service.methods[element.member].e2e;
+    case Part::notifier:
+      return service.fields[element.member].e2e;
+    case Part::getter:
+      return service.fields[element.member].getter_e2e;
+    case Part::setter:
+      break;
   }
-  return e2e == nullptr || e2e->profile.empty() ? nullptr : e2e;
+  return service.fields[element.member].setter_e2e;
 }
 
 const Content& Interfaces::content(const ServiceElement& element, bool is_answer) const {
@@ -362,14 +368,13 @@ Content Interfaces::make_content(const ServiceElement& element, bool is_answer) 
     content.unknown = std::move(crc);
     return content;
   }
-  if (const Protection* const e2e = protection(element)) {
-    const auto header = protection_header(*e2e);
-    if (!header) {
-      content.unknown = "E2E profile " + e2e->profile;
-      return content;
-    }
-    content.e2e = *header;
+  const Protection& e2e = protection_of(element);
+  const auto header = protection_header(e2e);
+  if (!header) {
+    content.unknown = no_header_text(e2e);
+    return content;
   }
+  content.e2e = *header;
   if (content.is_empty) {
     return content;
   }

@@ -88,8 +88,11 @@ class Interfaces {
   /// Empty: it has no name.
   [[nodiscard]] std::string eventgroup_name(someip::ServiceId service, someip::EventgroupId eventgroup) const;
 
-  /// Its end-to-end protection; null: it has none. Of a field it is that of the notifier alone.
-  [[nodiscard]] const Protection* protection(const ServiceElement& element) const;
+  /// Its end-to-end protection in one instance; null: it has none. Of a field it is that of the notifier
+  /// alone.
+  /// @param instance  nothing, or any: what is not of a certain instance.
+  [[nodiscard]] const Protection* protection(const ServiceElement& element,
+                                             std::optional<someip::InstanceId> instance) const;
 
   /// What a request to an element carries, or an event.
   [[nodiscard]] const Content& content(const ServiceElement& element) const {
@@ -105,6 +108,7 @@ class Interfaces {
   void add(ServiceElement element, const std::optional<someip::MethodId>& id);
   [[nodiscard]] std::vector<std::string> known_names(std::optional<std::size_t> service) const;
   [[nodiscard]] std::string not_found(std::string_view text, std::optional<std::size_t> service) const;
+  [[nodiscard]] const Protection& protection_of(const ServiceElement& element) const;
   [[nodiscard]] const Content& content(const ServiceElement& element, bool is_answer) const;
   [[nodiscard]] Content make_content(const ServiceElement& element, bool is_answer) const;
 

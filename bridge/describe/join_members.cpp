@@ -10,6 +10,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "bridge/describe/protection.hpp"
 #include "bridge/documents/format.hpp"
 
 namespace trestle::describe {
@@ -76,12 +77,25 @@ class Message {
   }
 
   void protection(Protection& to, const Protection& from) const {
-    if (to.profile.empty()) {
+    // A description of one host, such as a vsomeip JSON, has that of its instance.
+    const auto is_of_an_instance = [](const Protection& one, const Protection& all) {
+      return one.of_instances.empty() && std::ranges::any_of(all.of_instances, [&](const auto& its) {
+               return first_difference(one, its.second).empty();
+             });
+    };
+    if (to.empty() || is_of_an_instance(to, from)) {
       to = from;
       return;
     }
-    if (!from.profile.empty()) {
-      compare_protections(name_, to, first_, from, second_, contradictions_);
+    if (from.empty() || is_of_an_instance(from, to)) {
+      return;
+    }
+    compare_protections(name_, to, first_, from, second_, contradictions_);
+    for (const auto& [instance, its] : from.of_instances) {
+      const auto [known, is_new] = to.of_instances.try_emplace(instance, its);
+      if (!is_new) {
+        compare_protections(name_, known->second, first_, its, second_, contradictions_);
+      }
     }
   }
 

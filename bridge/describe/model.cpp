@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <tuple>
 
 namespace trestle::describe {
 
@@ -48,6 +49,19 @@ Wire default_wire(Kind kind) noexcept {
       break;
   }
   return wire;
+}
+
+const Protection& Protection::of(std::optional<someip::InstanceId> instance) const {
+  const auto found = instance ? of_instances.find(*instance) : of_instances.end();
+  return found == of_instances.end() ? *this : found->second;
+}
+
+void Protection::set(someip::InstanceId instance, const Protection& its) {
+  if (std::tie(its.profile, its.numbers, its.words) == std::tie(profile, numbers, words)) {
+    of_instances.erase(instance);
+  } else {
+    of_instances.insert_or_assign(instance, its);
+  }
 }
 
 const Service* Model::service(std::string_view name) const {

@@ -202,6 +202,15 @@ struct Protection {
   std::string profile{};  ///< "1", "2", "4" … "44", "4m"; empty: none
   std::map<std::string, std::uint64_t, std::less<>> numbers{};
   std::map<std::string, std::string, std::less<>> words{};
+  /// Instances of the service that have another one, which is here in full; in these it is empty.
+  std::map<someip::InstanceId, Protection> of_instances{};
+
+  /// Nobody has any.
+  [[nodiscard]] bool empty() const noexcept { return profile.empty() && of_instances.empty(); }
+  /// That of one instance; nothing, or any: that of those which are not in `of_instances`.
+  [[nodiscard]] const Protection& of(std::optional<someip::InstanceId> instance) const;
+  /// Notes what an instance has, if that is another one. It has none of instances of its own.
+  void set(someip::InstanceId instance, const Protection& its);
   friend bool operator==(const Protection&, const Protection&) = default;
 };
 

@@ -310,16 +310,28 @@ void ModelWriter::transfer(const Transfer& transfer, const char* prefix, Json& j
   }
 }
 
-void ModelWriter::protection(const Protection& protection, Json& json, const char* name) {
-  if (protection.profile.empty()) {
-    return;
+Json settings_json(const Protection& protection) {
+  Json e2e = Json::object();
+  e2e["profile"] = nullptr;
+  if (!protection.profile.empty()) {
+    e2e["profile"] = protection.profile;
   }
-  Json e2e{{"profile", protection.profile}};
   for (const auto& [key, number] : protection.numbers) {
     e2e[key] = number;
   }
   for (const auto& [key, word] : protection.words) {
     e2e[key] = word;
+  }
+  return e2e;
+}
+
+void ModelWriter::protection(const Protection& protection, Json& json, const char* name) {
+  if (protection.empty()) {
+    return;
+  }
+  Json e2e = settings_json(protection);
+  for (const auto& [instance, its] : protection.of_instances) {
+    e2e["instances"][id_json(instance).get<std::string>()] = settings_json(its);
   }
   json[name] = std::move(e2e);
 }

@@ -376,11 +376,15 @@ void add_header(const Protection& e2e, describe::E2eUse use, Layout& layout, std
   const auto place_of_header = describe::protection_header(e2e);
   const std::vector<HeaderField> fields = header_fields(e2e.profile);
   const std::string fault = describe::e2e_fault(e2e, use);
+  const std::string others = describe::other_instances(e2e);
   const std::string rule =
-      fmt::format("profile {}, {}{}", e2e.profile,
-                  fault.empty() ? "written when it is sent" : "which cannot be done: ", fault);
+      (e2e.profile.empty()
+           ? std::string{"none"}
+           : fmt::format("profile {}, {}{}", e2e.profile,
+                         fault.empty() ? "written when it is sent" : "which cannot be done: ", fault)) +
+      (others.empty() ? "" : "; " + others);
   if (!place_of_header || fields.empty()) {
-    if (!fault.empty()) {
+    if (!fault.empty() || !others.empty()) {
       layout.ranges.insert(
           layout.ranges.begin(),
           {.offset_text = "?", .size_text = "?", .path = "(E2E header)", .type = "header", .rule = rule});

@@ -294,7 +294,7 @@ tl::expected<PageCall, web::Answer> Page::call(const web::Request& request) {
     }
     call.payload = std::move(*bytes);
   }
-  const describe::Protection& e2e = member->protection(gets);
+  const describe::Protection& e2e = member->protection(gets).of(call.service.instance);
   std::size_t header_at = 0;
   std::size_t header_bytes = 0;
   if (!e2e.profile.empty()) {

@@ -51,6 +51,8 @@ void IdNames::name(RoutePicture& route) const {
   const Service& service = found->second;
   route.service_name = service.name;
   route.service_id_is_chosen = service.id_is_chosen;
+  route.member_id_is_chosen = service.chosen_members.contains(route.member);
+  route.eventgroup_id_is_chosen = service.chosen_eventgroups.contains(route.eventgroup);
   name_by(service.members, route.member, route.member_name);
   name_by(service.eventgroups, route.eventgroup, route.eventgroup_name);
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,8 @@ class IdNames {
     std::map<std::uint16_t, std::string> members;      ///< methods, events and parts of fields: "opening.get"
     std::map<std::uint16_t, std::string> eventgroups;  ///< or what is in them, "moved, level"
     bool id_is_chosen = false;                         ///< the description does not give it
+    std::set<std::uint16_t> chosen_members{};          ///< whose ids it does not give
+    std::set<std::uint16_t> chosen_eventgroups{};
   };
 
   /// Of several with the same id and major version the first one is kept.

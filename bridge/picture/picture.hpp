@@ -172,6 +172,8 @@ struct RoutePicture {
   std::string member_name;            ///< "moved"; of a part of a field "opening.get"
   std::string eventgroup_name;        ///< where it has no name: what is in it, "moved, level"
   bool service_id_is_chosen = false;  ///< they do not give it: Trestle chose it
+  bool member_id_is_chosen = false;
+  bool eventgroup_id_is_chosen = false;
   std::uint32_t major = 0;
   std::uint32_t minor = 0;  ///< 0xffffffff: any
   std::string transport;    ///< "udp", "tcp" or empty: as offered

@@ -32,11 +32,11 @@ NLOHMANN_JSON_SERIALIZE_ENUM(RouteState, {{RouteState::idle, "idle"},
                                           {RouteState::failing, "failing"}})
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RoutePicture, kind, name, direction, type, service, instance,
                                                 member, eventgroup, service_name, member_name,
-                                                eventgroup_name, service_id_is_chosen, major, minor,
-                                                transport, line, received, carried, bytes, per_second,
-                                                bytes_per_second, last_ns, last_carried_ns, counters,
-                                                conversion, path, slowest, someip, dds, pattern, in_use,
-                                                limit, state, cause)
+                                                eventgroup_name, service_id_is_chosen, member_id_is_chosen,
+                                                eventgroup_id_is_chosen, major, minor, transport, line,
+                                                received, carried, bytes, per_second, bytes_per_second,
+                                                last_ns, last_carried_ns, counters, conversion, path, slowest,
+                                                someip, dds, pattern, in_use, limit, state, cause)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SomeipPicture, address, interface, other_interface, port,
                                                 discovery_received, outside_subnet, reboots, heard, hosts,
                                                 offers, own_offers)

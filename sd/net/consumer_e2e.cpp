@@ -37,21 +37,31 @@ E2eChannels channels_for(const std::string& whose, const std::vector<E2eSpec>& s
 
 }  // namespace
 
-// Requirements of one service share their channels: to the server they are one client, with one counter.
+// Requirements of one service share their channels: to the server they are one client, with one counter. Only
+// for certain instances, which are different servers, may they be different.
 E2eChannels Consumer::channels_of(const RequireSpec& spec) const {
-  const auto shared = [&](const E2eSpec& one) {
+  // The last one for which `is_wanted`.
+  const auto last = [&](const E2eSpec& one, const auto& is_wanted) {
     E2eChannel* there = nullptr;
     for (const auto& other : requirements_) {
       E2eChannel* const its = other->spec.service == spec.service ? other->e2e.find(one.id) : nullptr;
-      there = its != nullptr ? its : there;
+      there = its != nullptr && is_wanted(other->spec, *its) ? its : there;
     }
     return there;
   };
+  const auto shared = [&](const E2eSpec& one) {
+    return last(one, [&](const RequireSpec&, const E2eChannel& its) { return its.spec() == one; });
+  };
   const auto mistake = [&](const E2eSpec& one) {
-    const E2eChannel* const there = shared(one);
-    return is_reserved(one.id)                        ? "the id is reserved"
-           : there != nullptr && there->spec() != one ? "another requirement of the service has another"
-                                                      : nullptr;
+    const bool contradicts = last(one, [&](const RequireSpec& other, const E2eChannel& its) {
+                               const bool are_apart = other.instance != spec.instance &&
+                                                      other.instance != someip::any_instance &&
+                                                      spec.instance != someip::any_instance;
+                               return !are_apart && its.spec() != one;
+                             }) != nullptr;
+    return is_reserved(one.id) ? "the id is reserved"
+           : contradicts       ? "another requirement of the service has another"
+                               : nullptr;
   };
   return channels_for("requirement of " + to_string(spec.service, spec.instance), spec.e2e, mistake, shared);
 }

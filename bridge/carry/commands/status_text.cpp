@@ -78,6 +78,18 @@ std::string drops_text(const RoutePicture& route) {
   return losses.size() > 2 ? fmt::format("{} and {} more", text, losses.size() - 2) : text;
 }
 
+// Behind a name: which ids no description gives. Where that is so of the service, the others do not matter.
+std::string chosen_text(const RoutePicture& route) {
+  if (route.service_id_is_chosen) {
+    return " chosen";
+  }
+  const bool both = route.member_id_is_chosen && route.eventgroup_id_is_chosen;
+  return both                            ? " chosen member, eventgroup"
+         : route.member_id_is_chosen     ? " chosen member"
+         : route.eventgroup_id_is_chosen ? " chosen eventgroup"
+                                         : "";
+}
+
 // "Door.0x0001.moved"; what has no name by its ids.
 std::string ids_text(const RoutePicture& route) {
   const std::string member = route.member_name.empty() ? fmt::format("0x{:04x}", route.member)
@@ -85,7 +97,7 @@ std::string ids_text(const RoutePicture& route) {
   return route.service_name.empty()
              ? fmt::format("0x{:04x}.0x{:04x}.{}", route.service, route.instance, member)
              : fmt::format("{}.0x{:04x}.{}{}", documents::printable(route.service_name), route.instance,
-                           member, route.service_id_is_chosen ? " chosen" : "");
+                           member, chosen_text(route));
 }
 
 constexpr std::size_t columns = 9;
@@ -164,6 +176,14 @@ std::string status_text(const Picture& picture, const cli::Colours& colours) {
     out +=
         fmt::format("  {}chosen: Trestle chose the id of this service, because no description gives it{}\n",
                     colours.dim, colours.off);
+  }
+  if (std::ranges::any_of(picture.routes, [](const RoutePicture& one) {
+        return !one.service_id_is_chosen && !chosen_text(one).empty();
+      })) {
+    out += fmt::format(
+        "  {}chosen member, eventgroup: Trestle chose these ids of the service, because no description gives "
+        "them{}\n",
+        colours.dim, colours.off);
   }
   for (const LimitPicture& one : picture.limits) {
     if (one.limit > 0 && one.used * 5 >= one.limit * 4) {

@@ -326,25 +326,6 @@ void ports_of_methods(const std::vector<Use>& uses, std::uint16_t sd_port, docum
   }
 }
 
-/// For a server we are one client: its requests for a method share one counter, for all instances.
-void protection_of_calls(const std::vector<MethodInFile>& methods, documents::Problems& problems) {
-  std::map<std::pair<someip::ServiceId, someip::MethodId>, const MethodRoute*> firsts;
-  for (const MethodInFile& in_file : methods) {
-    const MethodRoute& method = in_file.method;
-    if (!method.e2e || method.server != Server::someip ||
-        !has(in_file.good, {"service", key_of(method), "server"})) {
-      continue;
-    }
-    const auto [first, is_new] = firsts.try_emplace({method.service, method.method}, &method);
-    if (!is_new && first->second->e2e != method.e2e) {
-      problems.error(in_file.good.find("service")->second,
-                     fmt::format("service: method 0x{:04x} of service 0x{:04x} has another e2e in line {}: "
-                                 "all instances must have the same",
-                                 value(method.method), value(method.service), first->second->mark.line));
-    }
-  }
-}
-
 }  // namespace
 
 void report_diagnostics_conflicts(const std::vector<RouteInFile>& routes,
@@ -391,7 +372,6 @@ void report_method_conflicts(const std::vector<MethodInFile>& methods, const std
   for (const MethodInFile& in_file : methods) {
     peers(in_file, in_file.method.peers, someip.address.v6, problems);
   }
-  protection_of_calls(methods, problems);
 }
 
 }  // namespace trestle::carry

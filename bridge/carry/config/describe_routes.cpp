@@ -232,8 +232,14 @@ class RouteFile {
     const YAML::Node element = element_at(route.mark);
     if (is_field(element)) {
       describe::Field& field = field_of(at, route.mark, without_instance(route.topic, route.instance));
-      if (field.has_notifier) {
-        return;  // of another instance
+      const describe::Protection e2e = protection_of(child(child(element, "e2e"), "event"));
+      const describe::Protection getter_e2e = protection_of(child(child(element, "e2e"), "getter"));
+      if (field.has_notifier) {  // of another instance
+        field.e2e.set(route.instance, e2e);
+        if (route.getter && field.has_getter) {
+          field.getter_e2e.set(route.instance, getter_e2e);
+        }
+        return;
       }
       field.payload = payload(*tree, route.rules, route.mark);
       field.has_notifier = true;
@@ -241,21 +247,22 @@ class RouteFile {
       field.notifier_place = place_of(element, "event");
       field.eventgroups = {route.eventgroup};
       field.notifier_transfer = transfer(route.transport, route.tp, element);
-      field.e2e = protection_of(child(child(element, "e2e"), "event"));
+      field.e2e = e2e;
       if (route.getter && !field.has_getter) {
         field.has_getter = true;
         field.getter = route.getter->id;
         field.getter_place = place_of(element, "getter");
         field.getter_transfer.transport = route.transport;
-        field.getter_e2e = protection_of(child(child(element, "e2e"), "getter"));
+        field.getter_e2e = getter_e2e;
       }
       return;
     }
-    if (const auto same = std::ranges::find(service.events, std::optional{route.event}, &describe::Event::id);
-        same != service.events.end()) {
-      return;  // of another instance
-    }
     const std::string topic = without_instance(route.topic, route.instance);
+    if (const auto same = std::ranges::find(service.events, std::optional{route.event}, &describe::Event::id);
+        same != service.events.end()) {  // of another instance
+      same->e2e.set(route.instance, protection_of(e2e_at(element, topic)));
+      return;
+    }
     describe::Event event{.name = free_name(service, last_part(topic)),
                           .id = route.event,
                           .payload = payload(*tree, route.rules, route.mark),
@@ -295,8 +302,11 @@ class RouteFile {
       }
       describe::Field& field = field_of(at, route.mark, ros_service);
       const bool is_getter = route.access == messages::FieldAccess::get;
-      if (is_getter ? field.has_getter : field.has_setter) {
-        return;  // of another instance
+      const describe::Protection e2e =
+          protection_of(child(child(element, "e2e"), is_getter ? "getter" : "setter"));
+      if (is_getter ? field.has_getter : field.has_setter) {  // of another instance
+        (is_getter ? field.getter_e2e : field.setter_e2e).set(route.instance, e2e);
+        return;
       }
       if (field.payload.values.empty()) {
         field.payload = payload(*tree, route.rules, route.mark);
@@ -306,13 +316,14 @@ class RouteFile {
       (is_getter ? field.getter_place : field.setter_place) =
           place_of(element, is_getter ? "getter" : "setter");
       (is_getter ? field.getter_transfer : field.setter_transfer) = transfer(transport, route.tp, element);
-      (is_getter ? field.getter_e2e : field.setter_e2e) =
-          protection_of(child(child(element, "e2e"), is_getter ? "getter" : "setter"));
+      (is_getter ? field.getter_e2e : field.setter_e2e) = e2e;
       return;
     }
-    if (std::ranges::find(service.methods, std::optional{route.method}, &describe::Method::id) !=
-        service.methods.end()) {
-      return;  // of another instance
+    if (const auto same =
+            std::ranges::find(service.methods, std::optional{route.method}, &describe::Method::id);
+        same != service.methods.end()) {  // of another instance
+      same->e2e.set(route.instance, protection_of(e2e_at(element, ros_service)));
+      return;
     }
     const auto types = library_.resolve_service(route.type);
     if (!types) {

@@ -16,6 +16,14 @@ using someip::value;
 IdNames::Service names_of(const describe::Service& service, std::string name) {
   IdNames::Service names{
       .name = std::move(name), .members = {}, .eventgroups = {}, .id_is_chosen = service.id_is_chosen};
+  for (const someip::MethodId id : service.chosen_ids) {
+    names.chosen_members.insert(value(id));
+  }
+  for (const describe::Eventgroup& group : service.eventgroups) {
+    if (group.id_is_chosen) {
+      names.chosen_eventgroups.insert(value(group.id));
+    }
+  }
   const auto add_groups = [&](const std::vector<someip::EventgroupId>& groups) {
     for (const someip::EventgroupId group : groups) {
       names.eventgroups.try_emplace(value(group), describe::title_of(&service, group).text);

@@ -210,7 +210,7 @@ class Described {
       return;
     }
     add(to, value(*id));
-    if (e2e.profile.empty() && (payload == nullptr || payload->known)) {
+    if (e2e.empty() && (payload == nullptr || payload->known)) {
       into_.payloads[value(*id)] = payload == nullptr ? Shape{} : shape_of(model_, *payload);
     }
   }

@@ -305,7 +305,8 @@ int run(CallArguments& options) {
                          .instance = service.instance,
                          .major = static_cast<std::uint8_t>(options.major)};
   if (method.element != nullptr) {
-    wanted.e2e = cli::protection_of_call(*options.interfaces.get(), *method.element, !options.forget);
+    wanted.e2e =
+        cli::protection_of_call(*options.interfaces.get(), *method.element, wanted.instance, !options.forget);
     for (const sd::E2eSpec& e2e : wanted.e2e) {
       if (std::string why = cli::misfit_of_protection(e2e, method.element->name, payload); !why.empty()) {
         throw CLI::ValidationError("PAYLOAD", std::move(why));

@@ -179,16 +179,33 @@ class StatusCommand(unittest.TestCase):
             self.assertEqual((getter["member_name"], getter["eventgroup_name"]), ("label.get", ""))
             log_until(bridge.log, words)
 
-    def test_tells_that_the_id_of_a_service_was_chosen(self):
+    def test_tells_which_ids_were_chosen(self):
         with open(os.path.join(EXAMPLES, "door", "Door.fidl"), encoding="utf-8") as example:
             fidl = example.read()
-        with open(os.path.join(self.folder.name, "Door.fidl"), "w", encoding="utf-8") as file:
-            file.write(fidl)
-        bridge = self.start(routes="interfaces: [Door.fidl]\ngenerate: all\n")
+        lamp = "package car\ninterface Lamp { version { major 1 minor 0 } method turn { } broadcast lit { out { Boolean on } } }\n"
+        deployed = """import "platform:/plugin/org.genivi.commonapi.someip/deployment/CommonAPI-4-SOMEIP_deployment_spec.fdepl"
+import "Lamp.fidl"
+define org.genivi.commonapi.someip.deployment for interface car.Lamp {
+    SomeIpServiceID = 0x4712
+    method turn { SomeIpMethodID = 7 }
+}
+"""
+        for name, content in (("Door.fidl", fidl), ("Lamp.fidl", lamp), ("Lamp.fdepl", deployed)):
+            with open(os.path.join(self.folder.name, name), "w", encoding="utf-8") as file:
+                file.write(content)
+        bridge = self.start(routes="interfaces: [Door.fidl, Lamp.fidl, Lamp.fdepl]\ngenerate: all\n")
         text = self.status(bridge).stdout
         self.assertRegex(text, r"  /door/moved +.. +Door\.0x[0-9a-f]{4}\.moved chosen ")
         self.assertIn("  chosen: Trestle chose the id of this service, because no description gives it\n", text)
         self.assertTrue(self.route(bridge, "/door/moved")["service_id_is_chosen"])
+        # The description has the service, and not all of its members.
+        self.assertRegex(text, r"  /lamp/lit +.. +Lamp\.0x[0-9a-f]{4}\.lit chosen member, eventgroup ")
+        self.assertRegex(text, r"  /lamp/turn +.. +Lamp\.0x[0-9a-f]{4}\.turn  ")
+        self.assertIn("  chosen member, eventgroup: Trestle chose these ids of the service, because no description gives them\n",
+                      text)
+        chosen = {name: [self.route(bridge, name)[f"{what}_id_is_chosen"] for what in ("service", "member", "eventgroup")]
+                  for name in ("/lamp/lit", "/lamp/turn")}
+        self.assertEqual(chosen, {"/lamp/lit": [False, True, True], "/lamp/turn": [False, False, False]})
 
     @staticmethod
     @contextlib.contextmanager

@@ -10,6 +10,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
@@ -539,6 +540,30 @@ TEST(Compare, ComparesWhatAProtectionPutsOnTheWire) {
   EXPECT_THAT(compare(old, edited), IsEmpty());
   service(edited).events.front().e2e.words["data_id_list"] = "16 2 4";
   EXPECT_THAT(ids(compare(old, edited)), ElementsAre("protection"));
+}
+
+TEST(Compare, ComparesTheProtectionOfEachInstance) {
+  Model old = door();
+  old.instances.clear();
+  for (const std::uint16_t id : {std::uint16_t{1}, std::uint16_t{2}}) {
+    old.instances.push_back(
+        {.service = full_name(service(old).scope, service(old).name), .id = someip::InstanceId{id}});
+  }
+  Protection& e2e = service(old).events.front().e2e;
+  e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  e2e.set(someip::InstanceId{2}, {.profile = "4", .numbers = {{"data_id", 2}}});
+  // The other way round it is the same.
+  Model now = old;
+  Protection& other = service(now).events.front().e2e;
+  other = {.profile = "4", .numbers = {{"data_id", 2}}};
+  other.set(someip::InstanceId{1}, {.profile = "4", .numbers = {{"data_id", 1}}});
+  EXPECT_THAT(compare(old, now), IsEmpty());
+  other = {.profile = "4", .numbers = {{"data_id", 1}}};
+  const std::vector<Change> changes = compare(old, now);
+  ASSERT_THAT(ids(changes), ElementsAre("protection"));
+  EXPECT_THAT(changes[0].element, EndsWith(" in instance 0x0002"));
+  EXPECT_EQ(changes[0].before, "profile 4, data_id 0x0002");
+  EXPECT_EQ(changes[0].after, "profile 4, data_id 0x0001");
 }
 
 TEST(Compare, TakesWhatACaptureLeavesOpenForUnknown) {

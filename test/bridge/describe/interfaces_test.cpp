@@ -442,6 +442,28 @@ TEST(Interfaces, SkipsTheHeaderOfE2eProtection) {
   EXPECT_EQ(hex(content.without_header(ByteView{payload}.first(3), &header)), "01aabb");
 }
 
+TEST(Interfaces, HaveTheProtectionOfAnInstance) {
+  const auto with = [](const Protection& its) {
+    Model model;
+    const TypeIndex number = lowered::number(model, messages::Primitive::uint8);
+    Event& event = lowered::event(model, {lowered::value(model, "a", number)});
+    event.e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+    event.e2e.set(someip::InstanceId{2}, its);
+    return of_model(std::move(model));
+  };
+  const Interfaces interfaces = with({.profile = "4", .numbers = {{"data_id", 2}}});
+  const ServiceElement& changed = *interfaces.find("Door.changed")->elements.at(0);
+  EXPECT_EQ(interfaces.protection(changed, someip::InstanceId{1})->numbers.at("data_id"), 1U);
+  EXPECT_EQ(interfaces.protection(changed, someip::InstanceId{2})->numbers.at("data_id"), 2U);
+  EXPECT_EQ(interfaces.content(changed).e2e.bytes, 12U);
+  // A message does not say of which instance it is: then nobody knows where the values are.
+  const Interfaces none = with({});
+  const ServiceElement& open = *none.find("Door.changed")->elements.at(0);
+  EXPECT_EQ(none.protection(open, someip::InstanceId{2}), nullptr);
+  EXPECT_EQ(none.content(open).unknown,
+            "E2E protection that is not the same in all instances: in instance 0x0002 none");
+}
+
 TEST(ProtectionHeader, StandsWhereTheProfileSays) {
   const auto at = [](const Protection& e2e) {
     const auto header = protection_header(e2e);

@@ -474,6 +474,35 @@ TEST(Join, TellsOfMessagesThatAreSaidDifferently) {
   EXPECT_EQ(fidl.services[0].events[0].transfer.transport, Transport::tcp);
 }
 
+TEST(Join, TakesTheProtectionOfOneHostForThatOfItsInstance) {
+  Model arxml = named();
+  Protection& e2e = arxml.services[0].methods[0].e2e;
+  e2e = protection(1);
+  e2e.set(someip::InstanceId{2}, protection(2));
+  const Protection all = e2e;
+  Model host = unnamed();
+  host.services[0].methods[0].e2e = protection(2);
+  for (const auto& [first, second] : {std::pair{arxml, host}, std::pair{host, arxml}}) {
+    Model both = first;
+    append(both, second);
+    EXPECT_THAT(join(both), IsEmpty());
+    EXPECT_EQ(both.services.at(0).methods.at(0).e2e, all);
+  }
+  host.services[0].methods[0].e2e = protection(3);
+  EXPECT_THAT(told_of(arxml, host),
+              ElementsAre(HasSubstr("Door.open has for E2E the data_id 3 here, but 1")));
+  // Two that know instances are compared in each, and add what the other one does not know.
+  host.services[0].methods[0].e2e = protection(1);
+  host.services[0].methods[0].e2e.set(someip::InstanceId{2}, protection(4));
+  host.services[0].methods[0].e2e.set(someip::InstanceId{3}, protection(5));
+  EXPECT_THAT(told_of(arxml, host),
+              ElementsAre(HasSubstr("Door.open has for E2E the data_id 4 here, but 2")));
+  e2e.of_instances.clear();
+  append(arxml, host);
+  EXPECT_THAT(join(arxml), IsEmpty());
+  EXPECT_EQ(arxml.services[0].methods[0].e2e, host.services[0].methods[0].e2e);
+}
+
 TEST(Join, TellsOfTwoAddressesThatNoHostsExplain) {
   Model model = named();
   model.instances[0].address = IpAddress::v4(10, 0, 0, 1);

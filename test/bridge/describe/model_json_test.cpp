@@ -86,6 +86,13 @@ TEST(ModelJson, HasTheDocumentedFields) {
   EXPECT_EQ(event["transport"], "tcp");
   EXPECT_EQ(event["tp"].dump(), R"({"segment_bytes":1392,"separation":"200 us"})");
   EXPECT_EQ(event["e2e"].dump(), R"({"profile":"4","data_id":7})");
+  Model differing = full_door();
+  Protection& e2e = differing.services[0].events[0].e2e;
+  e2e.set(someip::InstanceId{2}, {.profile = "4", .numbers = {{"data_id", 8}}});
+  e2e.set(someip::InstanceId{3}, {});
+  EXPECT_EQ(
+      to_json(differing, false)["services"][0]["events"][0]["e2e"].dump(),
+      R"({"profile":"4","data_id":7,"instances":{"0x0002":{"profile":"4","data_id":8},"0x0003":{"profile":null}}})");
   EXPECT_EQ(event["payload"].dump(), R"({"values":[{"name":"state","type":"org.example.Door.State"}]})");
 
   const auto& method = service["methods"][0];

@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "bridge/describe/edits.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -57,6 +59,22 @@ TEST(Model, KeepsIndicesRightWhenItIsAppended) {
   EXPECT_EQ(model.types[7].place.file, 1);
   EXPECT_EQ(model.types[7].variant_of, no_type);
   EXPECT_EQ(model.services.front().fields.front().payload.values.front().type, TypeIndex{7});
+}
+
+TEST(Edits, GiveAnInstanceItsProtectionUnderItsNewId) {
+  Model model;
+  model.services = {{.name = "Door", .events = {{.name = "moved", .e2e = {.profile = "4"}}}}};
+  Protection& e2e = model.services[0].events[0].e2e;
+  e2e.set(someip::InstanceId{2}, {.profile = "7"});
+  model.instances = {{.service = "Door", .id = someip::InstanceId{2}}};
+  EXPECT_TRUE(apply_edits({{"Door", {.instance = std::uint16_t{5}}}}, model).problems.empty());
+  EXPECT_EQ(e2e.of(someip::InstanceId{5}).profile, "7");
+  EXPECT_EQ(e2e.of(someip::InstanceId{2}).profile, "4");
+  // Others with the old id keep it.
+  model.instances.push_back(model.instances[0]);
+  EXPECT_TRUE(apply_edits({{"Door", {.instance = std::uint16_t{6}}}}, model).problems.empty());
+  EXPECT_EQ(e2e.of(someip::InstanceId{5}).profile, "7");
+  EXPECT_EQ(e2e.of(someip::InstanceId{6}).profile, "7");
 }
 
 TEST(Model, NamesElementsByScope) {

@@ -161,6 +161,25 @@ TEST(RouteEntries, MakeAnEventOfTheNotifierOfAField) {
   EXPECT_EQ(made_of(model).entries.at(0).node["e2e"]["event"]["profile"].Scalar(), "4");
 }
 
+TEST(RouteEntries, HaveTheProtectionOfTheirInstance) {
+  Model model = lamp();
+  model.instances.push_back({.service = "car.Lamp", .id = someip::InstanceId{2}});
+  model.instances.push_back({.service = "car.Lamp", .id = someip::InstanceId{3}});
+  Protection& e2e = model.services[0].fields[0].e2e;
+  e2e.set(someip::InstanceId{2}, {.profile = "7", .numbers = {{"data_id", 0x22}}});
+  e2e.set(someip::InstanceId{3}, {.profile = "5", .numbers = {{"data_id", 1}}});
+  const Made made = made_of(model);
+  ASSERT_THAT(made.entries, SizeIs(2));
+  const auto has = [&](std::size_t at, const char* key) {
+    return made.entries[at].node["e2e"]["event"][key].Scalar();
+  };
+  EXPECT_EQ(has(0, "profile"), "4");
+  EXPECT_EQ(has(1, "profile"), "7");
+  EXPECT_NE(has(0, "data_id"), has(1, "data_id"));
+  // Of one that cannot be done, only that instance has no route.
+  EXPECT_THAT(made.lost, ElementsAre(HasSubstr("Lamp.colour: its E2E protection cannot be done: ")));
+}
+
 TEST(RouteEntries, GiveEachMemberATopicOfItsOwn) {
   Model model = lamp();
   model.services.push_back(model.services[0]);

@@ -91,6 +91,25 @@ TEST(WriteSheet, TellsWhichBytesTrestleCannotDo) {
   EXPECT_EQ(paragraph("4"), "E2E profile 4; its header is in front of the payload.");
 }
 
+TEST(WriteSheet, TellsWhichInstancesAreProtectedOtherwise) {
+  Model model;
+  model.services.push_back({.name = "Door"});
+  Event event{.name = "moved",
+              .e2e = {.profile = "4", .numbers = {{"data_id", 1}, {"max_delta_counter", 1}}}};
+  for (const std::uint16_t id : {std::uint16_t{2}, std::uint16_t{3}, std::uint16_t{4}, std::uint16_t{5}}) {
+    event.e2e.set(someip::InstanceId{id},
+                  {.profile = "4", .numbers = {{"data_id", id}, {"max_delta_counter", 1}}});
+  }
+  event.e2e.set(someip::InstanceId{3}, {.profile = "7", .numbers = {{"data_id", 1}}});
+  event.e2e.set(someip::InstanceId{4}, {});
+  model.services[0].events = {event};
+  EXPECT_THAT(
+      write_sheet(model).files[0].text,
+      HasSubstr(
+          "E2E profile 4; its header is in front of the payload. Instances differ: in instance 0x0002 "
+          "data_id 0x0002; in instance 0x0003 profile 7; in instance 0x0004 none, and others in 1 more.\n"));
+}
+
 TEST(WriteSheet, HasErrorsOfMethodsAndUnitsOfTypes) {
   Model model;
   const TypeIndex speed = model.add({.kind = Kind::primitive, .name = "Speed", .notes = {.unit = "km/h"}});

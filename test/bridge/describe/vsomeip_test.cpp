@@ -732,11 +732,15 @@ TEST(WriteVsomeip, TellsWhatItCannotCarry) {
                             .scope = "org.example",
                             .id = someip::ServiceId{1},
                             .events = {{.name = "e", .selective = true, .e2e = {.profile = "11"}}}});
+  model.services[1].events[0].e2e.set(someip::InstanceId{2}, {.profile = "4", .numbers = {{"data_id", 1}}});
   const Written written = write_vsomeip(model);
   EXPECT_THAT(
       lines_of(written.not_carried),
       ElementsAre("org.example.Door: a service without id", "org.example.Lock: a service without instance",
-                  "org.example.Lock.e: E2E profile 11", "org.example.Lock.e: an event without id",
+                  "org.example.Lock.e: E2E profile 11",
+                  "org.example.Lock.e: E2E protection of each instance, here one for all: in instance 0x0002 "
+                  "profile 4, data_id 0x0001",
+                  "org.example.Lock.e: an event without id",
                   "org.example.Lock.e: no eventgroup: nobody can subscribe to it",
                   "org.example.Lock.e: selective"));
 }

@@ -318,6 +318,9 @@ TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
                                    .polymorphic = true});
   const TypeIndex disc = all.add({.kind = Kind::structure, .name = "Disc", .base = shape});
   all.event("shape", 0x8007, {.values = {Everything::value("v", disc)}});
+  all.event("apart", 0x8008, {.values = {Everything::value("n", all.u8)}});
+  all.service().events.back().e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  all.service().events.back().e2e.set(someip::InstanceId{2}, {.profile = "7", .numbers = {{"data_id", 1}}});
   all.event("good", 0x8006, {.values = {Everything::value("n", all.u8)}});
   const Written written = write_wireshark(all.model);
   EXPECT_THAT(lines_of(written.not_carried),
@@ -325,7 +328,9 @@ TEST(WriteWireshark, LeavesOutWhatWiresharkHasNoFormFor) {
                           "org.example.Car.bits: bit fields", "org.example.Car.again: bit fields",
                           "org.example.Car.little: little endian length fields",
                           "org.example.Car.line: a string without length field that ends by its terminator",
-                          "org.example.Car.shape: a polymorphic structure"));
+                          "org.example.Car.shape: a polymorphic structure",
+                          "org.example.Car.apart: E2E protection that is not the same in all instances: in "
+                          "instance 0x0002 profile 7"));
   // No rows of theirs are left.
   EXPECT_EQ(file_of(written, "SOMEIP_parameter_list"),
             "# written by Trestle\n"

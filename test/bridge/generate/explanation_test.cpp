@@ -192,6 +192,14 @@ TEST(Explain, SaysWhyProtectionCannotBeDone) {
       testing::StartsWith("0 (E2E CRC) profile 5, which cannot be done: e2e: 'data_bits' is missing: "));
   EXPECT_EQ(first({.profile = "4", .numbers = {{"data_id", 1}}}),
             "0 (E2E length) profile 4, written when it is sent");
+  // Instances may differ, also in where their header is.
+  describe::Protection e2e{.profile = "4", .numbers = {{"data_id", 1}}};
+  e2e.set(someip::InstanceId{2}, {.profile = "4", .numbers = {{"data_id", 2}}});
+  EXPECT_EQ(first(e2e),
+            "0 (E2E length) profile 4, written when it is sent; in instance 0x0002 data_id 0x0002");
+  e2e.set(someip::InstanceId{3}, {.profile = "7", .numbers = {{"data_id", 3}}});
+  EXPECT_THAT(first(e2e),
+              testing::StartsWith("? (E2E header) profile 4, written when it is sent; in instance "));
 }
 
 TEST(Explain, TellsOfACrcBehindAHeader) {

@@ -23,6 +23,8 @@ TEST(PictureJson, GoesBothWays) {
   route.service = 0x1234;
   route.service_name = "Door";
   route.service_id_is_chosen = true;
+  route.member_id_is_chosen = true;
+  route.eventgroup_id_is_chosen = true;
   route.eventgroup_name = "motion";
   route.minor = 0xffff'ffff;
   route.per_second = 9.5;
@@ -39,7 +41,8 @@ TEST(PictureJson, GoesBothWays) {
   EXPECT_THAT(json, HasSubstr("\"state\":\"failing\""));
   EXPECT_THAT(json, HasSubstr("\"service\":4660"));
   EXPECT_THAT(json, HasSubstr("\"eventgroup_name\":\"motion\""));
-  EXPECT_THAT(json, HasSubstr("\"service_id_is_chosen\":true"));
+  EXPECT_THAT(json, HasSubstr("\"service_id_is_chosen\":true,\"member_id_is_chosen\":true,"
+                              "\"eventgroup_id_is_chosen\":true"));
   EXPECT_THAT(json, Not(HasSubstr("\n")));
   const auto again = carry::picture_from_json(json);
   ASSERT_TRUE(again) << again.error();

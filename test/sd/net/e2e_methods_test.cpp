@@ -329,6 +329,26 @@ TEST_F(E2eMethods, AreSentOnlyInTheLengthOfTheProfile) {
   EXPECT_THAT(requests, ElementsAre("cafe01 ok"));
 }
 
+TEST_F(E2eMethods, MayBeProtectedOtherwiseInEachInstance) {
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  std::vector<RequirementId> instances;
+  for (const std::uint16_t number : {std::uint16_t{1}, std::uint16_t{2}}) {
+    const e2e::Profile4m its{{.data_id = number}};
+    ServiceSpec offered = spec({{.id = reverse, .protect = its, .check = its}});
+    offered.instance = InstanceId{number};
+    server.offer(offered);
+    instances.push_back(client.require({.service = ServiceId{0x1234},
+                                        .instance = InstanceId{number},
+                                        .e2e = {{.id = reverse, .protect = its, .check = its}}}));
+    ASSERT_TRUE(run_until([&] { return !client.available(instances.back()).empty(); }));
+  }
+  for (const RequirementId instance : {instances[0], instances[1], instances[0]}) {
+    call(client, instance, {.method = reverse}, "cafe01");
+    EXPECT_THAT(results, ElementsAre("ok 01feca ok"));
+  }
+}
+
 TEST_F(E2eMethods, ReadAndSetAField) {
   Node server{io, quick(test::server_address)};
   Node client{io, quick(test::client_address)};

@@ -372,6 +372,20 @@ TEST_F(E2eTest, RefusesWhatCannotBeSubscribedToOrRequired) {
   EXPECT_EQ(requirement({{.id = getter, .protect = good}}), "none") << "the same";
   EXPECT_EQ(requirement({{.id = getter, .protect = e2e::Profile4{.data_id = id + 1}}}),
             "requirement of 0x1234.*: e2e of 0x0001: another requirement of the service has another");
+
+  // Two instances are two servers.
+  const auto of_instance = [&](std::uint16_t instance, std::uint32_t data_id) {
+    return refusal([&] {
+      node.require({.service = ServiceId{0x1235},
+                    .instance = InstanceId{instance},
+                    .e2e = {{.id = getter, .protect = e2e::Profile4{.data_id = data_id}}}});
+    });
+  };
+  EXPECT_EQ(of_instance(1, 7), "none");
+  EXPECT_EQ(of_instance(2, 8), "none");
+  const std::string another = "another requirement of the service has another";
+  EXPECT_THAT(of_instance(2, 7), HasSubstr(another));
+  EXPECT_THAT(of_instance(0xffff, 7), HasSubstr(another)) << "of instance 2 as well";
 }
 
 }  // namespace

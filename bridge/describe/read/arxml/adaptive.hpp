@@ -1,9 +1,20 @@
 #pragma once
 #include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "bridge/describe/read/arxml/types.hpp"
 
 namespace trestle::describe::arxml {
+
+/// What one place says of the protection of an element.
+struct SaidProtection {
+  Protection e2e{};
+  const Node* node = nullptr;
+  std::set<someip::InstanceId> instances{};  ///< of which; empty: that is not known
+};
 
 /// Service interfaces, SOME/IP deployments, instances and machines of the Adaptive Platform.
 class Adaptive {
@@ -42,7 +53,7 @@ class Adaptive {
   void read_fields(const Node& deployment, Parts& parts, bool with_interface);
   void read_eventgroups(const Node& deployment, Parts& parts);
   void find_protections();
-  void read_protection(const Node* target, Protection& protection);
+  void add_protections(const Node* target, std::vector<SaidProtection>& said);
   void read_protections(const Parts& parts);
   [[nodiscard]] Method read_method(const Node& operation);
   void read_transfer(const Node& deployment, Tag segment, Tag separation, Transfer& transfer);
@@ -94,6 +105,10 @@ void read_subscription(const Tree& tree, const Node& group, Instance& instance, 
 /// Each of them may be nothing.
 [[nodiscard]] Protection protection_of(const Node* profile, const Node* properties, const Node* compatibility,
                                        Problems& problems);
+/// All that is said of one element, with what instances have otherwise.
+[[nodiscard]] Protection joined(const std::vector<SaidProtection>& all, Problems& problems);
+/// The id that an instance has; nothing: any, or none. Tells nothing of what is wrong with it.
+[[nodiscard]] std::optional<someip::InstanceId> said_instance_id(const Node* instance);
 /// CAPABILITY-RECORDS.
 [[nodiscard]] std::map<std::string, std::string, std::less<>> records_of(const Node& node);
 

@@ -47,6 +47,7 @@ void Classic::read() {
   read_segmentation();
   read_signal_mappings();
   read_messages();
+  join_protections();
   for (const auto& [id, index] : services_) {
     Service& service = model_.services[index];
     std::ranges::sort(service.eventgroups, {}, &Eventgroup::id);
@@ -244,6 +245,9 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
       instance.udp_port = here.udp ? here.udp : instance.udp_port;
       instance.tcp_port = here.tcp ? here.tcp : instance.tcp_port;
       instance.machine = here.machine.empty() ? instance.machine : here.machine;
+      if (provided) {  // the sockets of clients are those of many services
+        note_instance(endpoint, node);
+      }
     };
     at(node->above("APPLICATION-ENDPOINT"_tag));
     each_in(node, "LOCAL-UNICAST-ADDRESSS"_tag, "APPLICATION-ENDPOINT-REF-CONDITIONAL"_tag,
@@ -306,10 +310,14 @@ void Classic::read_instances(Tag tag, Instance::Role role) {
 
 void Classic::read_eventgroups() {
   const auto carries = [this](const Node& holder, someip::EventgroupId group) {
+    const Node* const provided = holder.above("PROVIDED-SERVICE-INSTANCE"_tag);
+    const Node* const instance =
+        provided == nullptr ? holder.above("CONSUMED-SERVICE-INSTANCE"_tag) : provided;
     // What is missing is not the same group as what else is missing.
     const auto add = [&](auto& ids, const Node& reference) {
       if (const Node* const carried = tree_.resolve(reference); carried != nullptr) {
         add_once(ids[carried], group);
+        note_instance(carried, instance);
       }
     };
     each_in(&holder, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag,
@@ -347,11 +355,38 @@ void Classic::read_eventgroups() {
               }
             });
   }
+  // Who takes the requests.
+  for (const Node* const instance : tree_.all("PROVIDED-SERVICE-INSTANCE"_tag)) {
+    each_in(instance, "METHOD-ACTIVATION-ROUTING-GROUPS"_tag, "PDU-ACTIVATION-ROUTING-GROUP"_tag,
+            [&](const Node& group) {
+              const auto note = [&](const Node& reference) {
+                note_instance(tree_.resolve(reference), instance);
+              };
+              each_in(&group, "I-PDU-IDENTIFIER-UDP-REFS"_tag, "I-PDU-IDENTIFIER-UDP-REF"_tag, note);
+              each_in(&group, "I-PDU-IDENTIFIER-TCP-REFS"_tag, "I-PDU-IDENTIFIER-TCP-REF"_tag, note);
+            });
+  }
   // Who subscribes may be known without who offers.
   for (const Node* const consumed : tree_.all("CONSUMED-EVENT-GROUP"_tag)) {
     if (const auto group = id_in(consumed->child("EVENT-GROUP-IDENTIFIER"_tag))) {
       carries(*consumed, *group);
     }
+  }
+}
+
+/// An instance of which messages at `at` are, which may be nothing.
+void Classic::note_instance(const Node* at, const Node* instance) {
+  if (at == nullptr || instance == nullptr) {
+    return;
+  }
+  const Node* const offered = tree_.follow(instance, "PROVIDED-SERVICE-INSTANCE-REF"_tag);
+  const Node* text = instance->child("SERVICE-IDENTIFIER"_tag);
+  text = text == nullptr && offered != nullptr ? offered->child("SERVICE-IDENTIFIER"_tag) : text;
+  const auto service = text == nullptr ? std::nullopt : integer(text->text);
+  auto id = said_instance_id(instance);
+  id = id ? id : said_instance_id(offered);
+  if (service && id) {
+    instance_ids_[{at, static_cast<someip::ServiceId>(static_cast<std::uint16_t>(*service))}].insert(*id);
   }
 }
 
@@ -427,14 +462,17 @@ void Classic::read_signal_mappings() {
 
 void Classic::read_messages() {
   std::map<const Node*, Transport> transports;
+  std::map<const Node*, std::vector<const Node*>> ends;
   for (const Node* const connection : tree_.all("STATIC-SOCKET-CONNECTION"_tag)) {
     const Node* const address = connection->above("SOCKET-ADDRESS"_tag);
-    const Socket here = socket(address == nullptr ? nullptr : address->child("APPLICATION-ENDPOINT"_tag));
+    const Node* const end = address == nullptr ? nullptr : address->child("APPLICATION-ENDPOINT"_tag);
+    const Socket here = socket(end);
     each_in(
         connection, "I-PDU-IDENTIFIERS"_tag, "SO-CON-I-PDU-IDENTIFIER-REF-CONDITIONAL"_tag,
         [&](const Node& conditional) {
           if (const Node* const identifier = tree_.follow(&conditional, "SO-CON-I-PDU-IDENTIFIER-REF"_tag)) {
             transports[identifier] = here.transport();
+            ends[identifier].push_back(end);
           }
         });
   }
@@ -449,27 +487,29 @@ void Classic::read_messages() {
   }
   for (const Node* const identifier : tree_.all("SO-CON-I-PDU-IDENTIFIER"_tag)) {
     const auto found = transports.find(identifier);
-    read_identifier(*identifier, found == transports.end() ? std::nullopt : std::optional{found->second});
+    read_identifier(*identifier, found == transports.end() ? std::nullopt : std::optional{found->second},
+                    ends[identifier]);
   }
   for (const Node* const bundle : tree_.all("SOCKET-CONNECTION-BUNDLE"_tag)) {
     const Node* const server = tree_.follow(bundle, "SERVER-PORT-REF"_tag);
-    const Socket here = socket(server == nullptr ? nullptr : server->child("APPLICATION-ENDPOINT"_tag));
-    const Transport transport = here.transport();
+    const Node* const end = server == nullptr ? nullptr : server->child("APPLICATION-ENDPOINT"_tag);
+    const Transport transport = socket(end).transport();
     each_in(bundle, "BUNDLED-CONNECTIONS"_tag, "SOCKET-CONNECTION"_tag, [&](const Node& connection) {
       each_in(&connection, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
-              [&](const Node& identifier) { read_identifier(identifier, transport); });
+              [&](const Node& identifier) { read_identifier(identifier, transport, {end}); });
     });
     each_in(bundle, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
-            [&](const Node& identifier) { read_identifier(identifier, transport); });
+            [&](const Node& identifier) { read_identifier(identifier, transport, {end}); });
   }
   for (const Node* const config : tree_.all("SO-AD-CONFIG"_tag)) {
     // Connections without a bundle.
     each_in(config, "CONNECTIONS"_tag, "SOCKET-CONNECTION"_tag, [&](const Node& connection) {
       const Node* const local = tree_.follow(&connection, "LOCAL-PORT-REF"_tag);
-      const Node* const end = local == nullptr ? tree_.follow(&connection, "REMOTE-PORT-REF"_tag) : local;
-      const Socket here = socket(end == nullptr ? nullptr : end->child("APPLICATION-ENDPOINT"_tag));
+      const Node* const port = local == nullptr ? tree_.follow(&connection, "REMOTE-PORT-REF"_tag) : local;
+      const Node* const end = port == nullptr ? nullptr : port->child("APPLICATION-ENDPOINT"_tag);
+      const Transport transport = socket(end).transport();
       each_in(&connection, "PDUS"_tag, "SOCKET-CONNECTION-IPDU-IDENTIFIER"_tag,
-              [&](const Node& identifier) { read_identifier(identifier, here.transport()); });
+              [&](const Node& identifier) { read_identifier(identifier, transport, {end}); });
     });
   }
   for (const auto& [id, list] : messages_) {
@@ -493,7 +533,8 @@ std::chrono::microseconds Classic::retention_of(const Node& identifier) {
   return std::chrono::round<std::chrono::microseconds>(*time);
 }
 
-void Classic::read_identifier(const Node& identifier, std::optional<Transport> transport) {
+void Classic::read_identifier(const Node& identifier, std::optional<Transport> transport,
+                              const std::vector<const Node*>& ends) {
   const auto id = number_in(identifier.child("HEADER-ID"_tag), 0, 0xffff'ffff, problems_);
   if (!id || *id == sd_message) {
     return;
@@ -509,8 +550,20 @@ void Classic::read_identifier(const Node& identifier, std::optional<Transport> t
   if (const auto found = identifier_ids_.find(&identifier); found != identifier_ids_.end()) {
     message.groups = found->second;
   }
+  const auto add_instances = [&](const Node* at) {
+    const auto service = static_cast<someip::ServiceId>(static_cast<std::uint16_t>(*id >> 16U));
+    if (const auto found = instance_ids_.find({at, service}); found != instance_ids_.end()) {
+      message.instances.insert(found->second.begin(), found->second.end());
+    }
+  };
+  add_instances(&identifier);
+  for (const Node* const end : ends) {
+    add_instances(end);
+  }
   each_in(&identifier, "ROUTING-GROUP-REFS"_tag, "ROUTING-GROUP-REF"_tag, [&](const Node& reference) {
-    const auto found = group_ids_.find(tree_.resolve(reference));
+    const Node* const routing_group = tree_.resolve(reference);
+    add_instances(routing_group);
+    const auto found = group_ids_.find(routing_group);
     if (found != group_ids_.end()) {
       for (const someip::EventgroupId group : found->second) {
         add_once(message.groups, group);
@@ -522,6 +575,7 @@ void Classic::read_identifier(const Node& identifier, std::optional<Transport> t
     if (other.pdu == message.pdu) {
       other.transport = other.transport ? other.transport : message.transport;
       other.retention = std::max(other.retention, message.retention);
+      other.instances.insert(message.instances.begin(), message.instances.end());
       for (const someip::EventgroupId group : message.groups) {
         add_once(other.groups, group);
       }
@@ -726,6 +780,7 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   const auto id = static_cast<someip::MethodId>(static_cast<std::uint16_t>(message.id));
   const someip::ServiceId service_id = here.id.value_or(someip::ServiceId{});
   const auto [known, is_new] = events_.try_emplace({service_id, id}, here.events.size());
+  add_protection(message, signal, said_of_events_[{service_id, id}]);
   if (!is_new) {
     for (const someip::EventgroupId group : message.groups) {
       add_once(here.events[known->second].eventgroups, group);
@@ -757,22 +812,38 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
                                          ") no mapping tells the data type: its payload is not known");
     }
   }
-  event.e2e = protection(signal);
   if (event.notes == Notes{} && message.pdu != nullptr) {
     event.notes = notes_beside(*message.pdu);
   }
   here.events.push_back(std::move(event));
 }
 
-Protection Classic::protection(const Node* signal) {
+/// What the message says, of its instances.
+void Classic::add_protection(const Message& message, const Node* signal, std::vector<SaidProtection>& said) {
   const Node* const properties = conditional(signal, "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS"_tag,
                                              "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS-VARIANTS"_tag,
                                              "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS-CONDITIONAL"_tag);
   if (properties == nullptr) {
-    return {};
+    return;
   }
-  return protection_of(description(signal, properties, "END-TO-END-TRANSFORMATION-DESCRIPTION"_tag),
-                       properties, nullptr, problems_);
+  SaidProtection one{
+      .e2e = protection_of(description(signal, properties, "END-TO-END-TRANSFORMATION-DESCRIPTION"_tag),
+                           properties, nullptr, problems_),
+      .node = signal,
+      .instances = message.instances};
+  if (!one.e2e.profile.empty()) {
+    said.push_back(std::move(one));
+  }
+}
+
+void Classic::join_protections() {
+  for (const auto& [element, said] : said_of_events_) {
+    model_.services[services_.at(element.first)].events[events_.at(element)].e2e = joined(said, problems_);
+  }
+  for (const auto& [element, calls] : said_of_methods_) {
+    model_.services[services_.at(element.first)].methods[methods_.at(element)].e2e =
+        joined(calls.said, problems_);
+  }
 }
 
 void Classic::add_transfer(const Message& message, Transfer& transfer) const {
@@ -797,8 +868,13 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
       mapping == nullptr
           ? nullptr
           : tree_.follow(mapping->child("CLIENT-SERVER-OPERATION-IREF"_tag), "TARGET-OPERATION-REF"_tag);
-  const auto [known, is_new] =
-      methods_.try_emplace({here.id.value_or(someip::ServiceId{}), id}, here.methods.size());
+  const std::pair element{here.id.value_or(someip::ServiceId{}), id};
+  const auto [known, is_new] = methods_.try_emplace(element, here.methods.size());
+  SaidOfCalls& calls =
+      said_of_methods_.try_emplace(element, SaidOfCalls{.of_answers = is_answer}).first->second;
+  if (calls.of_answers == is_answer) {
+    add_protection(message, signal, calls.said);
+  }
   if (is_new) {
     here.methods.push_back(
         {.name = name_of(operation == nullptr ? trigger : operation, signal, message.pdu, message.id),
@@ -820,7 +896,6 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
     } else {
       method->notes = notes_beside(*operation);
     }
-    method->e2e = protection(signal);
     // An operation without any answer on the wire.
     method->fire_and_forget =
         fire_and_forget || (mapping != nullptr && mapping->child("RETURN-SIGNAL-REF"_tag) == nullptr);

@@ -40,6 +40,12 @@ class Classic {
     std::optional<Transport> transport{};    ///< nothing: nobody says
     std::chrono::microseconds retention{0};  ///< how long it may be collected with others
     std::vector<someip::EventgroupId> groups{};
+    std::set<someip::InstanceId> instances{};  ///< whose it is; empty: nobody says
+  };
+  /// What is said of the protection of a method: of its requests, or of its answers.
+  struct SaidOfCalls {
+    bool of_answers = false;
+    std::vector<SaidProtection> said{};
   };
 
   void read_machines();
@@ -48,14 +54,18 @@ class Classic {
   void read_segmentation();
   void read_signal_mappings();
   void read_messages();
-  void read_identifier(const Node& identifier, std::optional<Transport> transport);
+  /// @param ends  the sockets that it goes through.
+  void read_identifier(const Node& identifier, std::optional<Transport> transport,
+                       const std::vector<const Node*>& ends = {});
+  void note_instance(const Node* at, const Node* instance);
+  void join_protections();
   [[nodiscard]] std::chrono::microseconds retention_of(const Node& identifier);
   void make_message(const Message& message);
   void make_event(Service& here, const Message& message, const Node* signal, const Node* prototype);
   void make_method(Service& here, const Message& message, const Node* signal, const Node* mapping,
                    const Node* trigger, bool is_answer, bool fire_and_forget);
   void add_transfer(const Message& message, Transfer& transfer) const;
-  [[nodiscard]] Protection protection(const Node* signal);
+  void add_protection(const Message& message, const Node* signal, std::vector<SaidProtection>& said);
   /// Of a PDU with one signal, as SOME/IP transformation makes them.
   [[nodiscard]] const Node* signal_of(const Message& message);
   [[nodiscard]] std::optional<std::chrono::microseconds> cycle_of(const Message& message);
@@ -90,6 +100,11 @@ class Classic {
   std::map<const Node*, const Node*> wholes_{};  ///< what is segmented, by the segments' PDU
   std::map<const Node*, std::vector<someip::EventgroupId>> group_ids_{};       ///< by SO-AD-ROUTING-GROUP
   std::map<const Node*, std::vector<someip::EventgroupId>> identifier_ids_{};  ///< by SO-CON-I-PDU-IDENTIFIER
+  /// Of a service, by what messages refer to: SO-AD-ROUTING-GROUP, SO-CON-I-PDU-IDENTIFIER and
+  /// APPLICATION-ENDPOINT.
+  std::map<std::pair<const Node*, someip::ServiceId>, std::set<someip::InstanceId>> instance_ids_{};
+  std::map<std::pair<someip::ServiceId, someip::MethodId>, std::vector<SaidProtection>> said_of_events_{};
+  std::map<std::pair<someip::ServiceId, someip::MethodId>, SaidOfCalls> said_of_methods_{};
   std::map<std::uint32_t, std::vector<Message>> messages_{};
 };
 

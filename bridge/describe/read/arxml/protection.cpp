@@ -1,7 +1,11 @@
 // End-to-end protection, of the Adaptive Platform and of Classic.
 #include <algorithm>
 #include <array>
+#include <map>
+#include <utility>
+#include <vector>
 
+#include "bridge/describe/protection.hpp"
 #include "bridge/describe/read/arxml/adaptive.hpp"
 #include "bridge/describe/read/arxml/values.hpp"
 
@@ -107,27 +111,101 @@ Protection protection_of(const Node* profile, const Node* properties, const Node
 
 namespace {
 
-/// Adds what another instance says of one element: servers need not say what only clients do.
-/// @return the first key of which they say something else, or "".
-[[nodiscard]] std::string add(Protection& to, const Protection& from) {
-  if (to.profile != from.profile) {
-    return "PROFILE-NAME";
+/// Adds what is said elsewhere of one element in the same instance: servers need not say what only clients
+/// do.
+void add(Protection& to, const Protection& from) {
+  to.numbers.insert(from.numbers.begin(), from.numbers.end());
+  to.words.insert(from.words.begin(), from.words.end());
+}
+
+/// Whether `one` cannot be added to what is known; tells so.
+/// @param whose  what is known.
+[[nodiscard]] bool differs(const SaidProtection& one, const Protection& known, const char* whose,
+                           Problems& problems) {
+  const std::string key = first_difference(known, one.e2e);
+  if (!key.empty()) {
+    problems.warning(one.node->place(), Tree::path(one.node) + " has another " +
+                                            (key == "profile" ? "PROFILE-NAME" : key) + " than " + whose);
   }
-  std::string other;
-  const auto join = [&](auto& known, const auto& further) {
-    for (const auto& [key, value] : further) {
-      const auto [there, is_new] = known.try_emplace(key, value);
-      if (!is_new && there->second != value && other.empty()) {
-        other = key;
-      }
-    }
-  };
-  join(to.numbers, from.numbers);
-  join(to.words, from.words);
-  return other;
+  return !key.empty();
 }
 
 }  // namespace
+
+std::optional<someip::InstanceId> said_instance_id(const Node* instance) {
+  for (const Tag tag :
+       {"SERVICE-INSTANCE-ID"_tag, "REQUIRED-SERVICE-INSTANCE-ID"_tag, "INSTANCE-IDENTIFIER"_tag}) {
+    const Node* const text = instance == nullptr ? nullptr : instance->child(tag);
+    const auto id = text == nullptr ? std::nullopt : integer(text->text);
+    if (id && *id > 0 && *id < 0xffff) {
+      return static_cast<someip::InstanceId>(static_cast<std::uint16_t>(*id));
+    }
+  }
+  return std::nullopt;
+}
+
+Protection joined(const std::vector<SaidProtection>& all, Problems& problems) {
+  // Said for providers of an instance, and for its users.
+  std::vector<std::pair<someip::InstanceId, Protection>> instances;
+  std::map<someip::InstanceId, std::size_t> places;
+  Protection open;  // what is said without an instance
+  for (const SaidProtection& one : all) {
+    for (const someip::InstanceId id : one.instances) {
+      const auto [known, is_new] = places.try_emplace(id, instances.size());
+      if (is_new) {
+        instances.emplace_back(id, one.e2e);
+      } else if (Protection& its = instances[known->second].second;
+                 !differs(one, its, "is said of the same instance elsewhere: what was read first is taken",
+                          problems)) {
+        add(its, one.e2e);
+      }
+    }
+    if (one.instances.empty() && open.profile.empty()) {
+      open = one.e2e;
+    } else if (one.instances.empty() &&
+               !differs(one, open,
+                        "another instance of the service: what was read first is taken, as the instances "
+                        "have no ids",
+                        problems)) {
+      add(open, one.e2e);
+    }
+  }
+  if (instances.empty()) {
+    return open;
+  }
+  Protection usual = instances.front().second;
+  std::vector<bool> is_usual;
+  for (const auto& [id, its] : instances) {
+    is_usual.push_back(first_difference(usual, its).empty());
+    if (is_usual.back()) {
+      add(usual, its);
+    }
+  }
+  // What is said without an instance is of all that do not say otherwise.
+  bool is_of_any = open.profile.empty();
+  const auto add_open = [&](Protection& to) {
+    if (!open.profile.empty() && first_difference(to, open).empty()) {
+      add(to, open);
+      is_of_any = true;
+    }
+  };
+  add_open(usual);
+  for (std::size_t at = 0; at < instances.size(); ++at) {
+    auto& [id, its] = instances[at];
+    if (!is_usual[at]) {
+      add_open(its);
+      usual.set(id, its);
+    }
+  }
+  if (!is_of_any) {
+    const auto first =
+        std::ranges::find_if(all, [](const SaidProtection& one) { return one.instances.empty(); });
+    (void)differs(*first, usual,
+                  "another instance of the service: what was read first is taken, as its instance has no id",
+                  problems);
+  }
+  return usual;
+}
 
 void Adaptive::find_protections() {
   const auto find = [&](Tag kind, Tag reference) {
@@ -146,41 +224,49 @@ void Adaptive::find_protections() {
   find("END-2-END-METHOD-PROTECTION-PROPS"_tag, "METHOD-REF"_tag);
 }
 
-void Adaptive::read_protection(const Node* target, Protection& protection) {
+void Adaptive::add_protections(const Node* target, std::vector<SaidProtection>& said) {
   const auto found = protections_.find(target);
   if (found == protections_.end()) {
     return;
   }
   for (const Node* const properties : found->second) {
     const Node* const profile = tree_.follow(properties, "E-2-E-PROFILE-CONFIGURATION-REF"_tag);
-    const Protection one = protection_of(
-        profile, properties, tree_.follow(profile, "E-2-E-PROFILE-COMPATIBILITY-PROPS-REF"_tag), problems_);
-    if (one.profile.empty()) {
+    SaidProtection one{
+        .e2e = protection_of(profile, properties,
+                             tree_.follow(profile, "E-2-E-PROFILE-COMPATIBILITY-PROPS-REF"_tag), problems_),
+        .node = properties};
+    if (one.e2e.profile.empty()) {
       problems_.warning(properties->place(), Tree::path(properties) +
                                                  " is left out: the profile that it refers to has no "
                                                  "PROFILE-NAME, or is in none of the files");
-    } else if (protection.profile.empty()) {
-      protection = one;
-    } else if (const std::string other = add(protection, one); !other.empty()) {
-      problems_.warning(properties->place(), Tree::path(properties) + " has another " + other +
-                                                 " than another instance of the service: what was read "
-                                                 "first is taken for all instances");
+      continue;
     }
+    const Node* const provided = properties->above("PROVIDED-SOMEIP-SERVICE-INSTANCE"_tag);
+    if (const auto id = said_instance_id(
+            provided == nullptr ? properties->above("REQUIRED-SOMEIP-SERVICE-INSTANCE"_tag) : provided)) {
+      one.instances = {*id};
+    }
+    said.push_back(std::move(one));
   }
 }
 
 void Adaptive::read_protections(const Parts& parts) {
+  // Of one element by its prototype, by its deployment and by its notifier.
+  std::map<Protection*, std::vector<SaidProtection>> said;
   for (const auto& [node, event] : parts.events) {
-    read_protection(node, event->e2e);
+    add_protections(node, said[&event->e2e]);
   }
   for (const auto& [node, method] : parts.methods) {
-    read_protection(node, method->e2e);
+    add_protections(node, said[&method->e2e]);
   }
   for (const auto& [node, field] : parts.fields) {
-    read_protection(node, field->e2e);
+    add_protections(node, said[&field->e2e]);
   }
   for (const auto& [node, protection] : parts.calls) {
-    read_protection(node, *protection);
+    add_protections(node, said[protection]);
+  }
+  for (const auto& [protection, all] : said) {
+    *protection = joined(all, problems_);
   }
 }
 

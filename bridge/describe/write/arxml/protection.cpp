@@ -1,10 +1,12 @@
-// End-to-end protection. AUTOSAR says it of each instance, the model of the service.
+// End-to-end protection. AUTOSAR says it of each instance, the model of the service, and of instances that
+// have another one.
 #include <algorithm>
 #include <array>
 #include <sstream>
 #include <utility>
 
 #include "bridge/describe/member_names.hpp"
+#include "bridge/describe/protection.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
 #include "bridge/documents/format.hpp"
 
@@ -162,10 +164,20 @@ void Writer::write_profiles() {
   packages_.add(std::string{own} + "/E2e", "Profiles", xml.text());
 }
 
-/// What stands in END-2-END-…-PROTECTION-PROPS, without the name.
-std::string Writer::protection_of(const Protected& one) {
-  std::map<std::string, std::string> texts = texts_of(*one.e2e);
-  const bool has_list = one.e2e->profile == "2" || one.e2e->profile == "22";
+/// What stands in END-2-END-…-PROTECTION-PROPS, without the name; empty: nothing does.
+const std::string& Writer::protection_text(Protected& one, const Protection& e2e) {
+  const auto [known, is_new] = one.texts.try_emplace(&e2e);
+  if (is_new && is_token(e2e.profile)) {
+    known->second = protection_of(one, e2e);
+  } else if (is_new && !e2e.profile.empty()) {
+    lost(one.element, "its E2E protection: profile is " + e2e.profile, one.place);
+  }
+  return known->second;
+}
+
+std::string Writer::protection_of(Protected& one, const Protection& e2e) {
+  std::map<std::string, std::string> texts = texts_of(e2e);
+  const bool has_list = e2e.profile == "2" || e2e.profile == "22";
   const std::string profile = profile_path(texts);
   const auto take = [&](const char* key) {
     const auto found = texts.find(key);
@@ -222,7 +234,10 @@ std::string Writer::protection_of(const Protected& one) {
   for (const auto& [key, value] : texts) {
     if (std::ranges::find(always_so, std::pair<std::string_view, std::string_view>{key, value}) ==
         always_so.end()) {
-      lost(one.element, "its E2E protection: " + key + " is " + value, one.place);
+      std::string what = "its E2E protection: " + key + " is " + value;
+      if (one.told.insert(what).second) {
+        lost(one.element, std::move(what), one.place);
+      }
     }
   }
   return xml.text();
@@ -234,11 +249,7 @@ void Writer::note_protections(const Service& service, const std::string& deploym
   std::vector<Protected>& all = protected_[full];
   const auto add = [&](const Protection& e2e, bool is_event, const std::string& name, const char* part,
                        std::string element, Place place) {
-    if (e2e.profile.empty()) {
-      return;
-    }
-    if (!is_token(e2e.profile)) {
-      lost(std::move(element), "its E2E protection: profile is " + e2e.profile, place);
+    if (e2e.empty()) {
       return;
     }
     all.push_back({.e2e = &e2e,
@@ -293,12 +304,13 @@ void Writer::write_protections(Xml& xml, const Instance& instance) {
       if (one.is_event != events) {
         continue;
       }
-      if (one.text.empty()) {
-        one.text = protection_of(one);
+      const std::string& text = protection_text(one, one.e2e->of(instance.id));
+      if (text.empty()) {
+        continue;
       }
       list.open("END-2-END-" + kind + "-PROTECTION-PROPS");
       list.leaf("SHORT-NAME", names.take(short_name(one.name)));
-      list.raw(one.text);
+      list.raw(text);
       list.close();
     }
     if (!list.text().empty()) {
@@ -310,10 +322,20 @@ void Writer::write_protections(Xml& xml, const Instance& instance) {
 }
 
 void Writer::list_unwritten_protections() {
-  for (const auto& [service, all] : protected_) {
-    for (const Protected& one : all) {
-      if (one.text.empty()) {
+  for (const auto& of_service : protected_) {
+    for (const Protected& one : of_service.second) {
+      if (one.texts.empty()) {
         lost(one.element, "its E2E protection: its service has no instance", one.place);
+        continue;
+      }
+      Protection gone = *one.e2e;
+      std::erase_if(gone.of_instances, [&](const auto& its) {
+        return std::ranges::any_of(model_.instances, [&](const Instance& instance) {
+          return instance.service == of_service.first && instance.id == its.first;
+        });
+      });
+      if (const std::string text = other_instances(gone); !text.empty()) {
+        lost(one.element, "its E2E protection " + text + ": there is no such instance", one.place);
       }
     }
   }

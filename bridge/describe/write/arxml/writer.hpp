@@ -110,7 +110,9 @@ class Writer {
     std::string name{};
     std::string element{};  ///< what it is called in a message
     Place place{};
-    std::string text{};  ///< what each instance has of it; empty: none has been written
+    /// What has been written of it: by what instances have of `e2e`. Empty text: nothing can be.
+    std::map<const Protection*, std::string> texts{};
+    std::set<std::string> told{};  ///< what of it is lost
   };
 
   // types.cpp
@@ -169,7 +171,8 @@ class Writer {
   // protection.cpp
   void note_protections(const Service& service, const std::string& deployment);
   void write_protections(Xml& xml, const Instance& instance);
-  [[nodiscard]] std::string protection_of(const Protected& one);
+  [[nodiscard]] const std::string& protection_text(Protected& one, const Protection& e2e);
+  [[nodiscard]] std::string protection_of(Protected& one, const Protection& e2e);
   [[nodiscard]] std::string profile_path(std::map<std::string, std::string>& texts);
   void write_profiles();
   void list_unwritten_protections();

@@ -498,7 +498,7 @@ Block Deployment::attribute(const Service& service, const Field& field) {
   if (field.cycle) {
     lose(owner, "a cycle");
   }
-  if (!field.e2e.profile.empty() || !field.getter_e2e.profile.empty() || !field.setter_e2e.profile.empty()) {
+  if (!field.e2e.empty() || !field.getter_e2e.empty() || !field.setter_e2e.empty()) {
     lose(owner, "E2E protection");
   }
   return block;
@@ -563,7 +563,7 @@ Block Deployment::method(const Service& service, const Method& method) {
   if (!method.application_errors.empty()) {
     lose(owner, "errors of an application");
   }
-  if (!method.e2e.profile.empty()) {
+  if (!method.e2e.empty()) {
     lose(owner, "E2E protection");
   }
   return block;
@@ -592,7 +592,7 @@ Block Deployment::event(const Service& service, const Event& event) {
   if (event.cycle) {
     lose(owner, "a cycle");
   }
-  if (!event.e2e.profile.empty()) {
+  if (!event.e2e.empty()) {
     lose(owner, "E2E protection");
   }
   return block;

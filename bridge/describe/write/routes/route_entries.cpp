@@ -318,8 +318,9 @@ class Entries {
     return false;
   }
   /// Without its protection a member would be carried with wrong values, so then it is not.
-  bool can_be_protected(const std::string& member, const Protection& e2e, bool is_method,
+  bool can_be_protected(const std::string& member, const Protection& of_all, bool is_method,
                         const Place& place) {
+    const Protection& e2e = of_all.of(instance_.id);
     const auto settings =
         e2e.profile.empty() ? tl::expected<E2eSettings, std::string>{} : e2e_settings(e2e, use_of(is_method));
     if (!settings) {
@@ -468,7 +469,8 @@ class Entries {
     }
   }
   /// @param part  of a field: which of its messages is protected; else empty.
-  void put_protection(YAML::Node& node, const Protection& e2e, bool is_method, const char* part) const {
+  void put_protection(YAML::Node& node, const Protection& of_all, bool is_method, const char* part) const {
+    const Protection& e2e = of_all.of(instance_.id);
     if (e2e.profile.empty()) {
       return;
     }

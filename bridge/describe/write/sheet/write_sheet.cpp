@@ -12,6 +12,7 @@
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/load_e2e.hpp"
 #include "bridge/describe/model_json.hpp"
+#include "bridge/describe/protection.hpp"
 #include "bridge/describe/units.hpp"
 #include "bridge/documents/xml_text.hpp"
 #include "someip/net/address_text.hpp"
@@ -356,12 +357,17 @@ class SheetWriter {
   }
 
   void protection(const Protection& e2e, E2eUse use, const std::string& part = {}) {
-    if (e2e.profile.empty()) {
+    if (e2e.empty()) {
       return;
     }
     const std::string fault = e2e_fault(e2e, use);
-    form_.paragraph(fmt::format("{}E2E profile {}; its header is in front of the payload.{}", part,
-                                e2e.profile, fault.empty() ? "" : " Trestle cannot do it: " + fault + "."));
+    const std::string others = other_instances(e2e);
+    form_.paragraph(
+        (e2e.profile.empty()
+             ? part + "No E2E protection."
+             : fmt::format("{}E2E profile {}; its header is in front of the payload.", part, e2e.profile)) +
+        (fault.empty() ? "" : " Trestle cannot do it: " + fault + ".") +
+        (others.empty() ? "" : " Instances differ: " + others + "."));
   }
 
   void types() {

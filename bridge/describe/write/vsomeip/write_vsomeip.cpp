@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "bridge/describe/instance_index.hpp"
+#include "bridge/describe/protection.hpp"
 #include "someip/net/address_text.hpp"
 
 namespace trestle::describe {
@@ -497,6 +498,9 @@ class VsomeipWriter {
       const auto protection = [&](const std::string& member, const Protection& e2e, const Place& place) {
         if (!e2e.profile.empty() && profile_name(e2e) == nullptr) {
           lost(name + "." + member, "E2E profile " + e2e.profile, place);
+        }
+        if (const std::string others = other_instances(e2e); !others.empty()) {
+          lost(name + "." + member, "E2E protection of each instance, here one for all: " + others, place);
         }
       };
       const auto e2e = [&](const auto& one) { protection(one.name, one.e2e, one.place); };

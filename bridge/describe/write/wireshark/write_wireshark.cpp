@@ -523,8 +523,8 @@ void WiresharkWriter::payload(const std::string& element, someip::MethodId id, u
     why = "alignment";
   } else if (payload.crc_bytes != 0) {
     why = "a CRC in the payload";
-  } else if (!e2e.profile.empty() && !e2e_bytes(e2e)) {
-    why = "E2E profile " + e2e.profile;
+  } else if (!e2e_bytes(e2e)) {
+    why = no_header_text(e2e);
   }
   const bool is_tagged =
       !values.empty() && std::ranges::all_of(values, [](const Value& one) { return one.tag.has_value(); });

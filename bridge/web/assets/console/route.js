@@ -13,6 +13,8 @@ function qosText(qos) {
     qos.liveliness_s ? `liveliness ${qos.liveliness_s} s${qos.manual_liveliness ? ", manual" : ""}` : ""].filter(Boolean).join(", ");
 }
 
+const chosen = (is, what, id) => is ? `the ${what}'s id ${hex(id)} was chosen by Trestle, as no description gives it` : "";
+
 /// A line of the rates of the last minutes.
 class RateLine {
   constructor() {
@@ -125,8 +127,8 @@ export class RoutePage {
     const offered = someip.offered ? `offered, ${whole(someip.subscribers)} subscribed` : "not offered";
     const subscribed = someip.subscribed ? "subscribed" : someip.wanted ? "not subscribed yet" : "";
     put(this.someip, [`${idsOf(route)}, version ${route.major}.${route.minor === 0xffffffff ? "any" : route.minor}`, route.transport.toUpperCase(),
-      route.service_id_is_chosen ? `the service's id ${hex(route.service)} was chosen by Trestle, as no description gives it` : "",
-      route.eventgroup ? eventgroupOf(route) : "", toSomeip ? offered : subscribed,
+      chosen(route.service_id_is_chosen, "service", route.service), chosen(route.member_id_is_chosen, "member", route.member),
+      chosen(route.eventgroup_id_is_chosen, "eventgroup", route.eventgroup), route.eventgroup ? eventgroupOf(route) : "", toSomeip ? offered : subscribed,
       someip.other_events ? `${whole(someip.other_events)} events with other ids came (${someip.other_ids.map(hex).join(", ")})` : ""].filter(Boolean).join("; "));
     fill(this.slowest.body, route.slowest.map((one) => [new Date(one.at_ns / 1e6).toLocaleTimeString(), numeric(size(one.bytes)),
       ...[one.source_ns, one.waited_ns, one.convert_ns, one.send_ns].map((ns) => numeric(ns < 0 ? "–" : duration(ns)))]));

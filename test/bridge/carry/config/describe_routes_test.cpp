@@ -130,6 +130,44 @@ TEST_F(DescribeRoutes, DescribesAServiceOfTwoInstancesOnce) {
   EXPECT_THAT(reading.model.instances, SizeIs(2));
 }
 
+TEST_F(DescribeRoutes, DescribesTheProtectionOfEachInstance) {
+  std::string text = "someip: {address: 127.0.0.1}\n";
+  const auto list = [&](const std::string& name, const std::string& front, const std::string& e2e) {
+    text += name + ":\n";
+    for (const std::string instance : {"1", "2"}) {
+      std::string its = e2e;
+      its.replace(its.find('N'), 1, instance);
+      text += "  - {" + front + ", service: 0x4711, instance: " + instance + ", e2e: " + its + "}\n";
+      text.replace(text.rfind("instance_N"), 10, "instance_" + instance);
+    }
+  };
+  list("routes",
+       "topic: /car/door/instance_N/moved, type: geometry_msgs/msg/Point, direction: someip_to_dds, "
+       "eventgroup: 2, "
+       "event: 0x8001",
+       "{profile: 4, data_id: N}");
+  list("methods",
+       "ros_service: /car/door/instance_N/open, type: std_srvs/srv/SetBool, server: someip, method: 1",
+       "{profile: 4, data_id: N}");
+  list("fields",
+       "topic: /car/door/instance_N/label, type: std_msgs/msg/String, server: someip, event: 0x8002, "
+       "eventgroup: 2, "
+       "getter: 2, setter: 3",
+       "{event: {profile: 4, data_id: 9}, getter: {profile: 4, data_id: 9}, setter: {profile: 4, data_id: "
+       "N}}");
+  const describe::Reading reading = read(text);
+  ASSERT_THAT(reading.problems, IsEmpty()) << reading.problems[0].text;
+  ASSERT_THAT(reading.model.services, SizeIs(1));
+  const describe::Service& door = reading.model.services[0];
+  for (const describe::Protection& e2e :
+       {door.events.at(0).e2e, door.methods.at(0).e2e, door.fields.at(0).setter_e2e}) {
+    EXPECT_EQ(e2e.of(someip::InstanceId{1}).numbers.at("data_id"), 1U);
+    EXPECT_EQ(e2e.of(someip::InstanceId{2}).numbers.at("data_id"), 2U);
+  }
+  EXPECT_THAT(door.fields[0].e2e.of_instances, IsEmpty());
+  EXPECT_THAT(door.fields[0].getter_e2e.of_instances, IsEmpty());
+}
+
 TEST_F(DescribeRoutes, DescribesAllOfAProtection) {
   const describe::Reading reading = read(R"(
 someip: {address: 127.0.0.1}

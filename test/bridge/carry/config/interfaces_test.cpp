@@ -435,16 +435,24 @@ TEST_F(InterfacesTest, TakeIdsThatAreKeptBesideThem) {
   RoutePicture route;
   route.service = 0x5555;
   route.major = loaded.config.routes[0].major;
+  route.member = someip::value(loaded.config.routes[0].event);
+  route.eventgroup = someip::value(loaded.config.routes[0].eventgroup);
   loaded.names.name(route);
   EXPECT_TRUE(route.service_id_is_chosen);
+  EXPECT_TRUE(route.member_id_is_chosen);
+  EXPECT_TRUE(route.eventgroup_id_is_chosen);
   // Where all are given, nothing is to be said.
   const Loaded given = good("interfaces: [Door.fidl, Door.fdepl]\ngenerate: all\n");
   EXPECT_THAT(given.warnings, IsEmpty());
   route.service = 0x1234;
-  route.service_id_is_chosen = false;
+  route.member = 0x8002;
+  route.eventgroup = 5;
   given.names.name(route);
   EXPECT_EQ(route.service_name, "Door");
+  EXPECT_EQ(route.member_name, "moved");
   EXPECT_FALSE(route.service_id_is_chosen);
+  EXPECT_FALSE(route.member_id_is_chosen);
+  EXPECT_FALSE(route.eventgroup_id_is_chosen);
   // What is wrong with it has its place.
   write("ids.lock", "services:\n  - {name: car.Door, id: 0x5555}\n  - {name: car.Lamp, id: 0x5555}\n");
   EXPECT_THAT(errors("interfaces: [Door.fidl]\ngenerate: all\n"),

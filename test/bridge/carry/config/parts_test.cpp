@@ -69,15 +69,16 @@ TEST(MethodE2e, NamesWhatCannotBe) {
               ElementsAre(HasSubstr("error: source_id: expected an id from 0x0000 to 0xfffffff")));
   EXPECT_THAT(problems_of(method("server: ros, port: 40001, e2e: {profile: 4m, data_id: 1, source_id: 7}")),
               ElementsAre(HasSubstr("error: source_id: identifies the caller, with server: someip")));
-  // To the server both are calls of one client.
-  const std::string two =
-      "server: someip, e2e: {profile: 4m, data_id: 1}}\n"
-      "  - {ros_service: /t, type: std_srvs/srv/Trigger, service: 1, instance: 9, "
-      "method: 3, server: someip, e2e: {profile: 4m, data_id: ";
-  EXPECT_THAT(problems_of(method(two + "2}")),
-              ElementsAre("b.yaml:5:60: error: service: method 0x0003 of service 0x0001 has another e2e in "
-                          "line 3: all instances must have the same"));
-  EXPECT_THAT(config_of(method(two + "1}")).methods, SizeIs(2));
+}
+
+TEST(MethodE2e, MayBeAnotherInEachInstance) {
+  const BridgeConfig config = config_of(
+      method("server: someip, e2e: {profile: 4m, data_id: 1}}\n"
+             "  - {ros_service: /t, type: std_srvs/srv/Trigger, service: 1, instance: 9, method: 3, "
+             "server: someip, e2e: {profile: 4m, data_id: 2}"));
+  ASSERT_THAT(config.methods, SizeIs(2));
+  EXPECT_EQ(config.methods[0].e2e->profile, (e2e::Config{e2e::Profile4m{{.data_id = 1}}}));
+  EXPECT_EQ(config.methods[1].e2e->profile, (e2e::Config{e2e::Profile4m{{.data_id = 2}}}));
 }
 
 TEST(MethodE2e, IsShownByCheck) {

@@ -93,7 +93,7 @@ TEST(ProtectionInArxml, IsReadOfEventsMethodsAndEachPartOfAField) {
   EXPECT_EQ(service.methods.at(0).e2e.numbers.at("data_id"), 0x14U);
 }
 
-/// The model has one protection of an element, the file one for each instance.
+/// The file has a protection for each instance; what all say is one.
 TEST(ProtectionInArxml, IsJoinedOfAllInstances) {
   const Reading reading =
       read_texts({door({protection("EVENT", "/P/Dep/moved", "Four", "1"),
@@ -107,6 +107,50 @@ TEST(ProtectionInArxml, IsJoinedOfAllInstances) {
   EXPECT_THAT(two("Four", "2"), HasSubstr("warning: /P/Instance1/E2e has another data_id than another "
                                           "instance of the service: what was read first is taken"));
   EXPECT_THAT(two("FourM", "1"), HasSubstr("/P/Instance1/E2e has another PROFILE-NAME than"));
+}
+
+/// What an instance has, which is given an id.
+std::string of_instance(std::string_view id, const std::string& protections) {
+  return protections + "<SERVICE-INSTANCE-ID>" + std::string{id} + "</SERVICE-INSTANCE-ID>";
+}
+
+TEST(ProtectionInArxml, IsThatOfAnInstanceWhereItDiffers) {
+  const auto of = [](std::string_view instance, std::string_view id, std::string_view more = "") {
+    return of_instance(instance, protection("EVENT", "/P/Dep/moved", "Four", id, more));
+  };
+  const Reading reading =
+      read_texts({door({of("1", "1"), of("2", "2", "<DATA-LENGTH>80</DATA-LENGTH>"),
+                        of("3", "1", "<DATA-LENGTH>96</DATA-LENGTH>"), of("4", "1</DATA-ID><DATA-ID>2"),
+                        // Who wants any instance says what holds for all that say nothing else.
+                        of("ANY", "2", "<MAX-DATA-LENGTH>800</MAX-DATA-LENGTH>")})});
+  EXPECT_EQ(problems_of(reading), "");
+  const Protection& e2e = reading.model.services.at(0).events.at(0).e2e;
+  const auto numbers = [&](std::uint16_t instance) { return e2e.of(someip::InstanceId{instance}).numbers; };
+  EXPECT_THAT(e2e.numbers,
+              ElementsAre(Pair("data_bits", 96), Pair("data_id", 1), Pair("max_delta_counter", 3)));
+  EXPECT_EQ(numbers(1), e2e.numbers);
+  EXPECT_EQ(numbers(3), e2e.numbers);
+  EXPECT_EQ(&e2e.of(someip::any_instance), &e2e);
+  EXPECT_EQ(&e2e.of(std::nullopt), &e2e);
+  EXPECT_THAT(numbers(2), ElementsAre(Pair("data_bits", 80), Pair("data_id", 2), Pair("max_data_bits", 800),
+                                      Pair("max_delta_counter", 3)));
+  EXPECT_EQ(e2e.of(someip::InstanceId{4}).words.at("data_id_list"), "1 2");
+  EXPECT_EQ(e2e.of_instances.size(), 2U);
+}
+
+TEST(ProtectionInArxml, CannotBeTwoOfOneInstance) {
+  const auto of = [](std::string_view instance, std::string_view id) {
+    return of_instance(instance, protection("EVENT", "/P/Dep/moved", "Four", id));
+  };
+  const auto told = [](const std::vector<std::string>& instances) {
+    return problems_of(read_texts({door(instances)}));
+  };
+  EXPECT_THAT(told({of("1", "1"), of("2", "2"), of("2", "3")}),
+              HasSubstr("warning: /P/Instance2/E2e has another data_id than is said of the same instance "
+                        "elsewhere: what was read first is taken"));
+  EXPECT_THAT(told({of("1", "1"), of("2", "2"), of("ANY", "3")}),
+              HasSubstr("warning: /P/Instance2/E2e has another data_id than another instance of the service: "
+                        "what was read first is taken, as its instance has no id"));
 }
 
 TEST(ProtectionInArxml, IsNotLeftOutWithoutAWord) {
@@ -161,6 +205,49 @@ TEST(ProtectionInArxml, IsListedWhereNoInstanceCanHaveIt) {
   const Model odd = protected_door({.profile = "4 & more", .numbers = {{"data_id", 1}}});
   EXPECT_THAT(lines_of(write_arxml(odd).not_carried),
               ElementsAre("Door.moved: its E2E protection: profile is 4 & more"));
+}
+
+TEST(ProtectionInArxml, IsWrittenAsEachInstanceHasIt) {
+  Model model = protected_door({.profile = "4", .numbers = {{"data_id", 1}}, .words = {{"crc_order", "big"}}},
+                               {.profile = "4m", .numbers = {{"data_id", 2}}});
+  Service& service = model.services[0];
+  service.events[0].e2e.set(someip::InstanceId{2},
+                            {.profile = "4", .numbers = {{"data_id", 3}}, .words = {{"crc_order", "big"}}});
+  service.methods[0].e2e.set(someip::InstanceId{2}, {.profile = "22", .words = {{"data_id_list", "1 2 3"}}});
+  service.methods[0].e2e.set(someip::InstanceId{3}, {});
+  for (const std::uint16_t id : {std::uint16_t{2}, std::uint16_t{3}}) {
+    model.instances.push_back(model.instances[0]);
+    model.instances.back().name = "I" + std::to_string(id);
+    model.instances.back().id = someip::InstanceId{id};
+  }
+  model.instances[0].id = someip::InstanceId{1};
+  const ArxmlFile file = write_arxml(model);
+  EXPECT_THAT(lines_of(file.not_carried), ElementsAre("Door.moved: its E2E protection: crc_order is big"));
+  const Reading reading = read_texts({file.text});
+  EXPECT_EQ(problems_of(reading), "");
+  const Service& read = reading.model.services.at(0);
+  const Protection& moved = read.events.at(0).e2e;
+  EXPECT_EQ(moved.numbers.at("data_id"), 1U);
+  EXPECT_EQ(moved.of(someip::InstanceId{2}).numbers.at("data_id"), 3U);
+  EXPECT_EQ(moved.of_instances.size(), 1U);
+  const Protection& open = read.methods.at(0).e2e;
+  EXPECT_EQ(open.numbers.at("data_id"), 2U);
+  EXPECT_EQ(open.of(someip::InstanceId{2}), service.methods[0].e2e.of(someip::InstanceId{2}));
+  // Two have it of the event, and one of the method has none.
+  std::size_t methods = 0;
+  for (std::size_t at = 0; (at = file.text.find("<METHOD-REF", at)) != std::string::npos; ++at) {
+    ++methods;
+  }
+  EXPECT_EQ(methods, 3U) << "the deployment, and two instances";
+  model.instances.pop_back();
+  model.instances.pop_back();
+  EXPECT_THAT(
+      lines_of(write_arxml(model).not_carried),
+      ElementsAre(
+          "Door.moved: its E2E protection: crc_order is big",
+          "Door.moved: its E2E protection in instance 0x0002 data_id 0x0003: there is no such instance",
+          "Door.open: its E2E protection in instance 0x0002 profile 22, data_id_list 1 2 3; in "
+          "instance 0x0003 none: there is no such instance"));
 }
 
 TEST(ProtectionInArxml, HasABound) {

@@ -303,6 +303,66 @@ TEST(ReadArxml, TakesTheTransportFromWhoActivatesAPdu) {
   EXPECT_EQ(nav.methods.at(0).request_transfer.transport, Transport::tcp);
 }
 
+/// E2E protection of an I-SIGNAL.
+std::string protected_by(std::string_view data_id) {
+  const std::string tag = "END-TO-END-TRANSFORMATION-I-SIGNAL-PROPS";
+  return "<" + tag + "><" + tag + "-VARIANTS><" + tag +
+         "-CONDITIONAL><TRANSFORMER-REF DEST=\"X\">/P/T/E2e"
+         "</TRANSFORMER-REF><DATA-IDS><DATA-ID>" +
+         std::string{data_id} + "</DATA-ID></DATA-IDS></" + tag + "-CONDITIONAL></" + tag + "-VARIANTS></" +
+         tag + ">";
+}
+
+/// classic() with a second instance, which sends the event with another data id from a socket of its own.
+std::string with_two_instances(std::string_view instance) {
+  std::string text = replaced(classic(), "</TRANSFORMATION-I-SIGNAL-PROPSS>",
+                              protected_by("0x11") + "</TRANSFORMATION-I-SIGNAL-PROPSS>");
+  const auto add = [&](std::string_view before, const std::string& more) {
+    text = replaced(std::move(text), before, more + std::string{before});
+  };
+  add("</TRANSFORMATION-TECHNOLOGYS>",
+      "<TRANSFORMATION-TECHNOLOGY><SHORT-NAME>E2e</SHORT-NAME><TRANSFORMATION-DESCRIPTIONS>"
+      "<END-TO-END-TRANSFORMATION-DESCRIPTION><PROFILE-NAME>PROFILE_04</PROFILE-NAME>"
+      "</END-TO-END-TRANSFORMATION-DESCRIPTION></TRANSFORMATION-DESCRIPTIONS></TRANSFORMATION-TECHNOLOGY>");
+  add("<GENERAL-PURPOSE-I-PDU>",
+      "<I-SIGNAL><SHORT-NAME>I4</SHORT-NAME><SYSTEM-SIGNAL-REF DEST=\"X\">/P/S1</SYSTEM-SIGNAL-REF>"
+      "<TRANSFORMATION-I-SIGNAL-PROPSS>" +
+          protected_by("0x12") +
+          "</TRANSFORMATION-I-SIGNAL-PROPSS></I-SIGNAL><I-SIGNAL-I-PDU><SHORT-NAME>D4</SHORT-NAME>"
+          "<LENGTH>2</LENGTH><I-SIGNAL-TO-PDU-MAPPINGS><I-SIGNAL-TO-I-PDU-MAPPING><SHORT-NAME>m</SHORT-NAME>"
+          "<I-SIGNAL-REF DEST=\"X\">/P/I4</I-SIGNAL-REF></I-SIGNAL-TO-I-PDU-MAPPING>"
+          "</I-SIGNAL-TO-PDU-MAPPINGS></I-SIGNAL-I-PDU>");
+  add("</PDU-TRIGGERINGS>",
+      "<PDU-TRIGGERING><SHORT-NAME>T4</SHORT-NAME><I-PDU-REF DEST=\"X\">/P/D4</I-PDU-REF></PDU-TRIGGERING>");
+  add("</CONNECTION-BUNDLES>",
+      "<SOCKET-CONNECTION-BUNDLE><SHORT-NAME>B2</SHORT-NAME><BUNDLED-CONNECTIONS><SOCKET-CONNECTION><PDUS>"
+      "<SOCKET-CONNECTION-IPDU-IDENTIFIER><HEADER-ID>0x12340001</HEADER-ID><PDU-TRIGGERING-REF DEST=\"X\">"
+      "/P/Net/Ch/T4</PDU-TRIGGERING-REF></SOCKET-CONNECTION-IPDU-IDENTIFIER></PDUS></SOCKET-CONNECTION>"
+      "</BUNDLED-CONNECTIONS><SERVER-PORT-REF DEST=\"X\">/P/Net/Ch/A2</SERVER-PORT-REF>"
+      "</SOCKET-CONNECTION-BUNDLE>");
+  add("</SOCKET-ADDRESSS>",
+      "<SOCKET-ADDRESS><SHORT-NAME>A2</SHORT-NAME><APPLICATION-ENDPOINT><SHORT-NAME>E</SHORT-NAME>"
+      "<PROVIDED-SERVICE-INSTANCES><PROVIDED-SERVICE-INSTANCE><SHORT-NAME>Nav2</SHORT-NAME>" +
+          std::string{instance} +
+          "<SERVICE-IDENTIFIER>4660</SERVICE-IDENTIFIER></PROVIDED-SERVICE-INSTANCE>"
+          "</PROVIDED-SERVICE-INSTANCES></APPLICATION-ENDPOINT></SOCKET-ADDRESS>");
+  return text;
+}
+
+TEST(ReadArxml, ReadsTheProtectionOfEachInstanceOfClassic) {
+  const Reading reading = read_texts({with_two_instances("<INSTANCE-IDENTIFIER>2</INSTANCE-IDENTIFIER>")});
+  EXPECT_THAT(problems_of(reading), IsEmpty());
+  ASSERT_EQ(reading.model.services.at(0).events.size(), 1U);
+  const Protection& e2e = reading.model.services[0].events[0].e2e;
+  EXPECT_EQ(e2e.profile, "4");
+  EXPECT_EQ(e2e.of(someip::InstanceId{1}).numbers.at("data_id"), 0x11U);
+  EXPECT_EQ(e2e.of(someip::InstanceId{2}).numbers.at("data_id"), 0x12U);
+  // Of which instance it is must be known.
+  EXPECT_THAT(problems_of(read_texts({with_two_instances("")})),
+              HasSubstr("warning: /P/I4 has another data_id than another instance of the service: what was "
+                        "read first is taken, as its instance has no id"));
+}
+
 TEST(ReadArxml, ReadsHowOftenAPduIsSent) {
   const Reading reading = read_texts(
       {replaced(classic(), "<SHORT-NAME>D1</SHORT-NAME><LENGTH>2</LENGTH>",

@@ -165,6 +165,35 @@ class Protected(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "label: Turn\n", ""))
                 self.assertEqual(offer.stop()[0], 0)
 
+    def test_each_instance_has_its_own(self):
+        with open(ARXML[1]) as file:
+            text = file.read()
+        first = re.search("<PROVIDED-SOMEIP-SERVICE-INSTANCE>.*?</PROVIDED-SOMEIP-SERVICE-INSTANCE>", text, re.DOTALL)[0]
+        second = re.sub("<SHORT-NAME>[^<]*<", "<SHORT-NAME>Other<", first, count=1)
+        second = second.replace("<DATA-ID>", "<DATA-ID>1").replace("<SERVICE-INSTANCE-ID>1<", "<SERVICE-INSTANCE-ID>2<")
+        path = file_of("instances.arxml", text.replace(first, first + second))
+        two = ["--interfaces", path]
+        with Running("notify", 1, "Door.0x0002.moved", "{opening: 50, speed: FAST}", "--rate", "50", *two) as notify:
+            done = run("subscribe", 2, "Door.0x0002.moved", "--count", "2", "-q", *two)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            done = run("subscribe", 2, "0x4711.2", "2", "--count", "1", "--json", "-q")
+            self.assertEqual(int.from_bytes(bytes.fromhex(json.loads(done.stdout)["payload"])[4:8], "big"), 145)
+            self.assertEqual(notify.stop()[0], 0)
+        with Running("offer", 1, "Door.0x0002", "-q", *two):
+            done = run("call", 2, "Door.0x0002.open", "{speed: FAST}", "-q", *two)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            done = run("call", 2, "Door.open", "{speed: FAST}", "-q", *two)
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("warning: the E2E protection of Door.open is not the same in all instances: in instance 0x0002 data_id "
+                          "0x0092; without an instance that of the others is taken\n", done.stderr)
+        # A bridge has a route for each, also of the method.
+        routes = os.path.join(FOLDER.name, "routes")
+        subprocess.run([TRESTLE, "generate", path, "--to", "routes,msg", "-o", routes, "-q"], check=True)
+        with open(os.path.join(routes, "bridge.yaml")) as file:
+            ids = re.findall("data_id: (\\d+|0x[0-9a-f]+)", file.read())
+        self.assertEqual(sorted(int(one, 0) for one in ids), [45, 46, 47, 145, 146, 147])
+        subprocess.run([TRESTLE, "check", os.path.join(routes, "bridge.yaml")], check=True, stdout=subprocess.DEVNULL)
+
     def test_what_cannot_be_protected_is_told_in_any_case(self):
         # Profile 5 needs a length, which nobody has said.
         path = file_of("bad.json", json.dumps({"e2e": {"protected": [
