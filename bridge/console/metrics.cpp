@@ -9,16 +9,16 @@
 #include <vector>
 
 #include "bridge/picture/causes.hpp"
+#include "bridge/picture/labels.hpp"
 #include "bridge/picture/picture_json.hpp"
 
 namespace trestle::console {
 namespace {
 
 using carry::CounterPicture;
+using carry::Labels;
 using carry::Picture;
 using carry::RoutePicture;
-
-using Labels = std::vector<std::pair<const char*, std::string>>;
 
 // Of latencies, in nanoseconds.
 constexpr std::array<std::int64_t, 17> bounds_ns{
@@ -59,7 +59,7 @@ class Writer {
     out_ += name_;
     out_ += suffix;
     for (const auto& [label, text] : labels) {
-      out_ += fmt::format("{}{}={}", &label == &labels.front().first ? "{" : ",", label, in_quotes(text));
+      out_ += fmt::format("{}{}={}", &label == &labels.front().name ? "{" : ",", label, in_quotes(text));
     }
     out_ += fmt::format("{} {}\n", labels.empty() ? "" : "}", number);
   }
@@ -67,16 +67,16 @@ class Writer {
     std::uint64_t below = 0;
     auto bucket = latency.buckets.begin();
     Labels with_bound = labels;
-    with_bound.emplace_back("le", "");
+    with_bound.push_back({"le", ""});
     for (const std::int64_t bound : bounds_ns) {
       // A bucket that a bound lies in counts as above it: it is an eighth wide at most.
       for (; bucket != latency.buckets.end() && bucket->up_to_ns <= bound; ++bucket) {
         below += bucket->count;
       }
-      with_bound.back().second = fmt::format("{}", static_cast<double>(bound) / 1e9);
+      with_bound.back().value = fmt::format("{}", static_cast<double>(bound) / 1e9);
       line("_bucket", with_bound, below);
     }
-    with_bound.back().second = "+Inf";
+    with_bound.back().value = "+Inf";
     line("_bucket", with_bound, latency.count);
     line("_sum", labels, latency.sum_ns / 1e9);
     line("_count", labels, latency.count);
@@ -93,22 +93,15 @@ class Writer {
   std::string out_;
 };
 
-Labels labels_of(const RoutePicture& route) {
-  return {{"route", route.name},
-          {"kind", route.kind},
-          {"direction", route.direction},
-          {"service", fmt::format("0x{:04x}", route.service)},
-          {"instance", fmt::format("0x{:04x}", route.instance)}};
-}
 Labels with(Labels labels, const char* name, std::string text) {
-  labels.emplace_back(name, std::move(text));
+  labels.push_back({name, std::move(text)});
   return labels;
 }
 
 template <typename Value>
 void of_routes(Writer& out, const Picture& picture, Value value) {
   for (const RoutePicture& route : picture.routes) {
-    out.value(labels_of(route), value(route));
+    out.value(metric_labels_of(route), value(route));
   }
 }
 
@@ -125,7 +118,7 @@ void write_routes(Writer& out, const Picture& picture) {
   for (const RoutePicture& route : picture.routes) {
     for (const CounterPicture& one : route.counters) {
       if (one.kind == "loss") {
-        out.value(with(labels_of(route), "reason", one.name), one.count);
+        out.value(with(metric_labels_of(route), "reason", one.name), one.count);
       }
     }
   }
@@ -134,7 +127,7 @@ void write_routes(Writer& out, const Picture& picture) {
   for (const RoutePicture& route : picture.routes) {
     for (const CounterPicture& one : route.counters) {
       if (one.kind == "doubt") {
-        out.value(with(labels_of(route), "reason", one.name), one.count);
+        out.value(with(metric_labels_of(route), "reason", one.name), one.count);
       }
     }
   }
@@ -142,14 +135,14 @@ void write_routes(Writer& out, const Picture& picture) {
   for (const RoutePicture& route : picture.routes) {
     using enum carry::RouteState;
     for (const carry::RouteState state : {flowing, idle, waiting, failing}) {
-      out.value(with(labels_of(route), "state", to_string(state)), route.state == state ? 1 : 0);
+      out.value(with(metric_labels_of(route), "state", to_string(state)), route.state == state ? 1 : 0);
     }
   }
   out.family("trestle_route_cause", "gauge",
              "1 for the cause why nothing flows on the route, if there is one.");
   for (const RoutePicture& route : picture.routes) {
     if (!route.cause.words.empty()) {
-      out.value(with(labels_of(route), "cause", route.cause.name), 1);
+      out.value(with(metric_labels_of(route), "cause", route.cause.name), 1);
     }
   }
   out.family("trestle_route_last_message_timestamp_seconds", "gauge",
@@ -158,15 +151,15 @@ void write_routes(Writer& out, const Picture& picture) {
   out.family("trestle_route_counterparts", "gauge",
              "Readers or writers in DDS, and subscribers in SOME/IP, of the route.");
   for (const RoutePicture& route : picture.routes) {
-    out.value(with(labels_of(route), "side", "dds"), route.dds.matched);
-    out.value(with(labels_of(route), "side", "someip"),
+    out.value(with(metric_labels_of(route), "side", "dds"), route.dds.matched);
+    out.value(with(metric_labels_of(route), "side", "someip"),
               route.someip.subscribed ? 1U : route.someip.subscribers);
   }
   out.family("trestle_route_conversion_seconds", "histogram", "How long a message took to be converted.",
              "seconds");
   for (const RoutePicture& route : picture.routes) {
     if (route.conversion.count > 0) {
-      out.histogram(labels_of(route), route.conversion);
+      out.histogram(metric_labels_of(route), route.conversion);
     }
   }
   out.family("trestle_route_path_seconds", "histogram",
@@ -174,7 +167,7 @@ void write_routes(Writer& out, const Picture& picture) {
              "seconds");
   for (const RoutePicture& route : picture.routes) {
     if (route.path.count > 0) {
-      out.histogram(labels_of(route), route.path);
+      out.histogram(metric_labels_of(route), route.path);
     }
   }
 }

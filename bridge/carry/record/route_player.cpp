@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <stdexcept>
-#include <string_view>
 
 #include "bridge/carry/record/players.hpp"
 #include "bridge/carry/runtime/make_routes.hpp"
@@ -174,11 +173,8 @@ class RoutePlayer final : public Player {
   }
 
   bool has_receivers() const override {
-    return std::ranges::all_of(routes_, [](const auto& one) {
-      const CounterGroup group = one.route->counters();
-      const auto readers = std::ranges::find(group.counters, std::string_view{"readers"}, &Counter::name);
-      return readers != group.counters.end() && readers->count > 0;
-    });
+    return std::ranges::all_of(routes_,
+                               [](const auto& one) { return one.route->picture({}).dds.matched > 0; });
   }
 
   std::vector<std::pair<std::string, std::uint64_t>> not_sent() const override {

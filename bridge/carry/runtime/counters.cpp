@@ -1,35 +1,10 @@
 #include "bridge/carry/runtime/counters.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 namespace trestle::carry {
-namespace {
-
-std::string hex(std::uint16_t id) {
-  return fmt::format("{:#06x}", id);
-}
-
-}  // namespace
-
-std::vector<Label> labels_of(const Route& route) {
-  return {{"topic", route.topic},
-          {"direction", to_string(route.direction)},
-          {"service", hex(value(route.service))},
-          {"instance", hex(value(route.instance))},
-          {"event", hex(value(route.event))}};
-}
-
-std::vector<Label> labels_of(const MethodRoute& method) {
-  return {{"ros_service", method.ros_service},
-          {"direction", method.server == Server::someip ? "dds_to_someip" : "someip_to_dds"},
-          {"service", hex(value(method.service))},
-          {"instance", hex(value(method.instance))},
-          {"method", hex(value(method.method))}};
-}
 
 void add(CounterGroup& sum, const Counter& counter) {
   const auto same = std::ranges::find(sum.counters, std::string_view{counter.name},

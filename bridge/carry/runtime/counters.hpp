@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/carry/config/bridge_config.hpp"
+#include "bridge/picture/labels.hpp"
 #include "someip/wire/counters.hpp"
 
 namespace trestle::carry {
@@ -22,22 +22,12 @@ struct Counter {
   }
 };
 
-/// What the counters are about, for programs that must not take a group's name apart.
-struct Label {
-  /// "topic", "ros_service", "direction", "service", "instance", "event", "method" or "pattern".
-  const char* name;
-  std::string value;
-};
-
 /// The counters of one part of the bridge: a route, or one of its networks.
 struct CounterGroup {
   std::string name;
   std::vector<Counter> counters;
-  std::vector<Label> labels{};
+  Labels labels{};
 };
-
-[[nodiscard]] std::vector<Label> labels_of(const Route& route);
-[[nodiscard]] std::vector<Label> labels_of(const MethodRoute& method);
 
 /// Appends a counter, or adds it to the one of its name.
 void add(CounterGroup& sum, const Counter& counter);

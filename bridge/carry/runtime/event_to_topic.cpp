@@ -115,7 +115,8 @@ class EventToTopic final : public RunningRoute {
          {"unexpected", sd.other_events, loss},
          {"no_reader", no_reader_, loss},
          {"not_convertible", not_convertible_, loss},
-         {"too_large", too_large_, loss}}};
+         {"too_large", too_large_, loss}},
+        labels_of(picture_of(route_))};
     dds.for_each_counter(losses_into(group));
     append_map(group, plan_);
     append_e2e(group, e2e_);

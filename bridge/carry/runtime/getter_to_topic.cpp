@@ -34,15 +34,14 @@ class GetterToTopic final : public RunningRoute {
                        {{"received", received_},
                         {"answered", answered_},
                         {"without_value", without_value_, loss},
-                        {"answers_not_sent", not_sent_, loss}}};
+                        {"answers_not_sent", not_sent_, loss}},
+                       labels_of(described())};
     append_e2e(group, e2e_);
     return group;
   }
 
   [[nodiscard]] RoutePicture picture(const Surroundings& /*around*/) const override {
-    RoutePicture result = picture_of(route_);
-    result.kind = "getter_to_topic";
-    result.member = value(route_.getter->id);
+    RoutePicture result = described();
     result.someip.offered = offer_->handle().has_value();
     result.received = received_;
     result.carried = answered_;
@@ -55,6 +54,14 @@ class GetterToTopic final : public RunningRoute {
   }
 
  private:
+  /// What the configuration says of it.
+  [[nodiscard]] RoutePicture described() const {
+    RoutePicture result = picture_of(route_);
+    result.kind = "getter_to_topic";
+    result.member = value(route_.getter->id);
+    return result;
+  }
+
   // A getter is called with nothing [feat_req_someip_633]; what follows that, a newer client means.
   // [feat_req_someip_168]
   void on_request(const someip::Message& request, sd::Responder responder) {

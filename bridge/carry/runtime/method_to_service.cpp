@@ -101,7 +101,8 @@ class MethodToService final : public RunningRoute {
                         {"over_share", over_share_, loss},
                         {"answers_not_convertible", answers_not_convertible_, loss},
                         {"answers_too_large", answers_too_large_, loss},
-                        {"answers_not_sent", answers_not_sent_, loss}}};
+                        {"answers_not_sent", answers_not_sent_, loss}},
+                       labels_of(picture_of(method_))};
     client_->counters().for_each_counter(into(group));
     append_e2e(group, e2e_);
     return group;

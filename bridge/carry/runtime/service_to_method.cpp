@@ -154,7 +154,8 @@ class ServiceToMethod final : public RunningRoute, private CallEnds {
                         {"not_sent", not_sent_, loss},
                         {"errors", errors_, loss},
                         {"answers_not_convertible", answers_not_convertible_, loss},
-                        {"ended", ended_, loss}}};
+                        {"ended", ended_, loss}},
+                       labels_of(picture_of(method_))};
     ros.for_each_counter(into(group));
     append_e2e(group, e2e_);
     return group;

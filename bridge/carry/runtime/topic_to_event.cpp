@@ -173,7 +173,8 @@ class TopicToEvent final : public RunningRoute, public std::enable_shared_from_t
                         {"slow_subscriber", slow_subscriber_, loss},
                         {"copied", copied_},
                         {"stopped", stopped_, loss},
-                        {"looped", loop_.looped(), loss}}};
+                        {"looped", loop_.looped(), loss}},
+                       labels_of(picture_of(route_))};
     all.for_each_counter(losses_into(group));
     append_map(group, plan_);
     return group;

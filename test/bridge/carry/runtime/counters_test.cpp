@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "bridge/carry/runtime/surroundings.hpp"
+
 namespace trestle::carry::counters_test {
 namespace {
 
@@ -29,7 +31,7 @@ TEST(Counters, HaveLabelsForPrograms) {
   route.topic = "/a";
   route.service = someip::ServiceId{0x1234};
   route.event = someip::MethodId{0x8001};
-  EXPECT_EQ(to_json({"route /a", {{"received", 2}}, labels_of(route)}),
+  EXPECT_EQ(to_json({"route /a", {{"received", 2}}, labels_of(picture_of(route))}),
             R"({"event":"counters","group":"route /a","labels":{"topic":"/a","direction":"dds_to_someip",)"
             R"("service":"0x1234","instance":"0x0000","event":"0x8001"},"received":2})");
   MethodRoute method;
@@ -37,7 +39,7 @@ TEST(Counters, HaveLabelsForPrograms) {
   method.server = Server::ros;
   method.method = someip::MethodId{0x0001};
   EXPECT_EQ(
-      to_json({"method", {}, labels_of(method)}),
+      to_json({"method", {}, labels_of(picture_of(method))}),
       R"({"event":"counters","group":"method","labels":{"ros_service":"/s","direction":"someip_to_dds",)"
       R"("service":"0x0000","instance":"0x0000","method":"0x0001"}})");
 }

@@ -42,6 +42,15 @@ class Pictures : public RouteTest {
     return around_.writers["rt/talk"].emplace_back(writer);
   }
 
+  /// "topic=/talk service=0x1234"
+  [[nodiscard]] std::string labels(std::size_t index = 0) const {
+    std::string all;
+    for (const carry::Label& label : route_at(index).counters().labels) {
+      all += (all.empty() ? "" : " ") + std::string{label.name} + "=" + label.value;
+    }
+    return all;
+  }
+
   carry::Surroundings around_;
   std::uint64_t sequence_ = 0;
 };
@@ -53,6 +62,7 @@ TEST_F(Pictures, OfAnEventThatIsCarried) {
     event(hello);
     pass(100ms);
   }
+  EXPECT_EQ(labels(), "topic=/talk direction=someip_to_dds service=0x1234 instance=0x0001 event=0x8001");
   const RoutePicture now = picture();
   EXPECT_EQ(now.kind, "event_to_topic");
   EXPECT_EQ(now.name, "/talk");
@@ -190,6 +200,8 @@ TEST_F(Pictures, OfAMethodThatRosAnswers) {
   dds_.ready = false;
   start();
   EXPECT_EQ(picture().kind, "method_to_service");
+  EXPECT_EQ(labels(),
+            "ros_service=/set direction=someip_to_dds service=0x1234 instance=0x0001 method=0x0021");
   EXPECT_EQ(cause(), "no_ros_server");
   dds_.ready = true;
   dds_.wake();
@@ -209,6 +221,8 @@ TEST_F(Pictures, OfAMethodThatSomeipAnswers) {
   config_.methods = {method(carry::Server::someip)};
   start();
   EXPECT_EQ(picture().kind, "service_to_method");
+  EXPECT_EQ(labels(),
+            "ros_service=/set direction=dds_to_someip service=0x1234 instance=0x0001 method=0x0021");
   EXPECT_EQ(cause(), "not_offered");
   offered_as(1);
   EXPECT_EQ(cause(), "not_callable");
@@ -227,6 +241,8 @@ TEST_F(Pictures, OfAGetter) {
   config_.routes.front().qos.transient_local = true;
   config_.routes.front().getter = carry::FieldGetter{.id = someip::MethodId{0x31}};
   start();
+  EXPECT_EQ(labels(0), "topic=/talk direction=dds_to_someip service=0x1234 instance=0x0001 event=0x8001");
+  EXPECT_EQ(labels(1), "topic=/talk direction=dds_to_someip service=0x1234 instance=0x0001 method=0x0031");
   const RoutePicture getter = route_at(1).picture(around_);
   EXPECT_EQ(getter.kind, "getter_to_topic");
   EXPECT_EQ(getter.member, 0x31);
