@@ -122,6 +122,21 @@ TEST(RouteEntries, TellWhyAMemberIsNotCarried) {
   EXPECT_THAT(lines_of(lost), ElementsAre("Lamp.colour: " + why));
 }
 
+/// AUTOSAR's REQUIRED-SERVICE-INSTANCE-ID "ALL".
+TEST(RouteEntries, TakeARequirementOfAnyInstanceForOneOfThoseThatAreProvided) {
+  Model model = lamp();
+  model.instances.push_back({.role = Instance::Role::required, .service = "car.Lamp"});
+  for (const std::optional<Side> side : {std::optional<Side>{}, std::optional{Side::server}}) {
+    const Made made = made_of(model, {.side = side});
+    EXPECT_THAT(made.lost, ElementsAre("Lamp: that it is required, as it is provided, too"));
+    EXPECT_THAT(made.entries, SizeIs(1));
+  }
+  model.instances.erase(model.instances.begin());
+  const Made made = made_of(model);
+  EXPECT_THAT(made.lost, ElementsAre("Lamp.colour: its instance has no id"));
+  EXPECT_THAT(made.entries, IsEmpty());
+}
+
 TEST(RouteEntries, GiveInstancesOfOneServicePortsOfTheirOwn) {
   Model model = lamp();
   model.instances[0].udp_port = 30509;

@@ -242,7 +242,14 @@ TEST_F(Tshark, ShowsMethodsFieldsTagsAndE2e) {
                            .payload = {.values = {Everything::value("light", all.u8)}},
                            .getter = someip::MethodId{3},
                            .setter = someip::MethodId{4},
-                           .notifier = someip::MethodId{0x8003}}};
+                           .notifier = someip::MethodId{0x8003}},
+                          {.name = "lock",
+                           .payload = {.values = {Everything::value("lock", all.u8)}},
+                           .getter = someip::MethodId{5},
+                           .setter = someip::MethodId{6},
+                           .has_notifier = false,
+                           .getter_e2e = {.profile = "4", .numbers = {{"data_id", 2}}},
+                           .setter_e2e = {.profile = "5", .numbers = {{"data_id", 3}, {"data_bits", 8}}}}};
   all.event("safe", 0x8002,
             {.values = {Everything::value("v", all.u8)},
              .byte_order = std::endian::little,
@@ -267,14 +274,21 @@ TEST_F(Tshark, ShowsMethodsFieldsTagsAndE2e) {
   conversation.message(4, 0x00, "\x23");
   conversation.message(0x8003, 0x02, "\x24");
   conversation.message(0x8002, 0x02, std::string(12, '\x07') + "\x25");
+  conversation.message(5, 0x00, std::string(12, '\x08'));
+  conversation.message(5, 0x80, std::string(12, '\x07') + "\x26");
+  conversation.message(6, 0x00, std::string(3, '\x07') + "\x27");
+  conversation.message(6, 0x80, std::string(3, '\x07') + "\x28");
   const std::string shown = decode(written, conversation);
   for (const char* line :
        {"Method ID: 0x0001 (open)", "speed [uint16]: 9\n", "name [string]: \xef\xbb\xbfme\n",
         "error [uint8]: 1 (JAMMED)\n", "angle [uint16]: 300\n", "n [uint8]: 33\n", "(light_get)",
         "light [uint8]: 34\n", "(light_set)", "light [uint8]: 35\n", "(light)", "light [uint8]: 36\n",
-        "array e2e_header (elements limit: 12)", "v [uint8]: 37\n"}) {
+        "array e2e_header (elements limit: 12)", "v [uint8]: 37\n", "element [uint8]: 8\n",
+        "lock [uint8]: 38\n", "array e2e_header (elements limit: 3)", "lock [uint8]: 39\n",
+        "lock [uint8]: 40\n"}) {
     EXPECT_THAT(shown, HasSubstr(line));
   }
+  EXPECT_THAT(shown, Not(HasSubstr("nparsed")));
   EXPECT_THAT(shown, Not(HasSubstr("Malformed")));
 }
 

@@ -28,6 +28,7 @@ namespace {
 
 // Why there is no route of a member.
 constexpr const char* no_id = "it has no id";
+constexpr const char* no_instance_id = "its instance has no id";
 constexpr const char* no_eventgroup = "it has no eventgroup";
 
 template <typename Id>
@@ -304,8 +305,10 @@ class Entries {
   /// @param name  its topic or ROS service.
   bool complete(const std::string& member, const Place& place, const LoweredMember* lowered, bool has_ids,
                 bool has_eventgroup, const std::string& name) {
-    if (!has_ids || !service_.id || !instance_.id) {
+    if (!has_ids || !service_.id) {
       lacks(member, no_id, place);
+    } else if (!instance_.id) {
+      lacks(member, no_instance_id, instance_.place);
     } else if (!has_eventgroup) {
       lacks(member, no_eventgroup, place);
     } else if (lowered == nullptr) {
@@ -686,6 +689,7 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
   for (const Instance& instance : model.instances) {
     if (instance.role == Instance::Role::provided) {
       provided_ones.emplace(instance.service, instance.id);
+      provided_ones.emplace(instance.service, std::nullopt);  // a required one without id is any of them
     }
   }
   std::vector<RouteEntry> all;
@@ -700,8 +704,9 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     for (NotCarried& one : reasons) {
       const std::string member = one.element.substr(std::min(service.name.size(), one.element.size()));
       const auto known = formless.find(full_name(service.scope, service.name) + member);
-      const bool is_known = known != formless.end() && (one.what == no_eventgroup || one.what == no_id ||
-                                                        known->second.contains(one.what));
+      const bool is_known =
+          known != formless.end() && (one.what == no_eventgroup || one.what == no_id ||
+                                      one.what == no_instance_id || known->second.contains(one.what));
       if (!is_known && told.emplace(one.element, one.what).second) {
         not_carried.push_back(std::move(one));
       }
@@ -728,7 +733,8 @@ std::vector<RouteEntry> route_entries(const Model& model, const Lowered& lowered
     if (instance.id && !done.emplace(instance.service, *instance.id, side).second) {
       continue;  // one that another machine provides or wants, too
     }
-    if (!options.side && !provided && provided_ones.contains({instance.service, instance.id})) {
+    const bool is_there = !provided && provided_ones.contains({instance.service, instance.id});
+    if (is_there && (!options.side || !instance.id)) {
       not_carried.push_back({service->name, "that it is required, as it is provided, too", instance.place});
       continue;
     }

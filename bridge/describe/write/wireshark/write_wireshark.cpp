@@ -637,12 +637,14 @@ void WiresharkWriter::service(const Service& service) {
     }
     if (one.has_getter && is_new(one.name, one.getter, one.place)) {
       name(service, *one.getter, one.name + "_get");
-      payload(element, *one.getter, response, one.payload, {}, no_type, one.place);
+      // Without values: of a protected getter its request has the header alone.
+      payload(element, *one.getter, request, {}, one.getter_e2e, no_type, one.place);
+      payload(element, *one.getter, response, one.payload, one.getter_e2e, no_type, one.place);
     }
     if (one.has_setter && is_new(one.name, one.setter, one.place)) {
       name(service, *one.setter, one.name + "_set");
-      payload(element, *one.setter, request, one.payload, {}, no_type, one.place);
-      payload(element, *one.setter, response, one.payload, {}, no_type, one.place);
+      payload(element, *one.setter, request, one.payload, one.setter_e2e, no_type, one.place);
+      payload(element, *one.setter, response, one.payload, one.setter_e2e, no_type, one.place);
     }
   }
   for (const Eventgroup& one : service.eventgroups) {
