@@ -41,7 +41,11 @@ constexpr Duration look_pause = std::chrono::milliseconds{100};
 constexpr Duration look_pause_much = std::chrono::milliseconds{10};
 constexpr Duration look_pause_full = std::chrono::milliseconds{5};
 constexpr Duration look_pause_large = std::chrono::milliseconds{1};
-constexpr std::uint8_t much = 16;              // messages since the last look
+constexpr std::uint8_t much = 16;  // messages since the last look
+// Small messages that handlers send which follow each other so closely are a stream. After so many turns of
+// the event loop they leave together, with pauses no longer than that.
+constexpr Duration stream_pause = std::chrono::microseconds{20};
+constexpr unsigned stream_turns = 4;
 constexpr std::size_t slices_per_segment = 2;  // a segment in more pieces is copied into one
 
 // A host that was there when it was looked at, or of which nobody can tell.
@@ -199,15 +203,38 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   // that the socket has received at once have been handled.
   void open_turn() {
     turn_open = true;
-    if (socket->receiving() || std::exchange(deferred, true)) {
-      return;  // end_turn() will be called
+    if (!socket->receiving() && !deferred) {  // otherwise end_turn() will be called
+      defer_end();
     }
+  }
+
+  // Once all handlers have run that are ready now.
+  void defer_end() {
+    deferred = true;
     boost::asio::defer(io, memory->defer.hold([weak = weak_from_this(), keep = memory] {
-      if (const auto self = weak.lock()) {
+      const auto self = weak.lock();
+      if (self && self->socket != nullptr) {
         self->deferred = false;
-        self->end_turn();
+        self->end_turn_or_stream();
       }
     }));
+  }
+
+  // A turn stays open, and what it sends waits, while handlers send without a break.
+  void end_turn_or_stream() {
+    const TimePoint now = std::chrono::steady_clock::now();
+    const bool goes_on = std::exchange(sent_in_turn, false) && now - turn_end < stream_pause;
+    turn_end = now;
+    turns = goes_on ? turns + 1 : 0;
+    if (turns < stream_turns) {
+      end_turn();
+      return;
+    }
+    if (now - flushed >= stream_pause) {
+      flush();
+      flushed = now;
+    }
+    defer_end();
   }
 
   void end_turn() {
@@ -759,8 +786,12 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   bool rests = false;                       ///< until the event loop has run: the timer calls pump()
   PendingMessage* lent = nullptr;           ///< this message waits in the memory of the caller of send()
   DatagramBatch batch;
-  bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
-  bool deferred = false;   ///< end_turn() has been posted
+  bool turn_open = false;     ///< a small message has left, further ones wait for each other in the batch
+  bool deferred = false;      ///< end_turn_or_stream() has been posted
+  bool sent_in_turn = false;  ///< a small message
+  TimePoint turn_end{};       ///< of the last one
+  unsigned turns = 0;         ///< one after the other, each of which has sent something
+  TimePoint flushed{};        ///< when that was, within a stream
   Counters counters;
   std::size_t large_above = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_large;
@@ -855,6 +886,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
       state.collect(to, header, payload, bytes);
       return true;
     }
+    state.sent_in_turn = true;
     if (state.turn_open) {
       state.add_to_batch(to, header, payload, bytes);
       return true;

@@ -18,7 +18,9 @@ namespace trestle::someip {
 ///
 /// A small message on its own leaves before send() returns. The ones that the same handler sends after it
 /// leave together, each in a datagram of its own, with one system call: when the handler is done, or there
-/// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
+/// are 64; in a handler of what `socket` has received, when all has been handled that came with it. Where
+/// handler follows handler within microseconds and each sends something, their messages leave together, too:
+/// as soon as a turn of the event loop brings none, and every 20 us.
 ///
 /// The large messages to one receiver share its bursts, in the order in which they were sent. Messages to
 /// another receiver do not wait for its pauses. Where many wait, each address has its turn, and of one
