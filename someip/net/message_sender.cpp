@@ -457,12 +457,29 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   }
 
   // Whether it is only for its turn that it waits.
-  static bool may_leave(SendLane& lane, TimePoint now) {
+  bool may_leave(SendLane& lane, TimePoint now) {
     if (lane.host || lane.queue.empty()) {
       return false;
     }
     const PendingMessage& message = lane.queue.front();
-    return message.plain() || lane.pace.room(message.pacing, now) > 0;
+    return message.plain() || segments_for(lane, now) > 0;
+  }
+
+  // How many segments of its first message may leave now, as its pacing says. Who has not told what it can
+  // take may get more if it is on this host: up to half of the buffer of its socket is left to be read.
+  std::size_t segments_for(SendLane& lane, TimePoint now) {
+    const PendingMessage& message = lane.queue.front();
+    const std::size_t paced = lane.pace.room(message.pacing, now);
+    const bool is_here = lane.to.address.is_loopback() || lane.to.address == socket->local().address;
+    if (paced > 0 || local_room == nullptr || message.pacing.burst || !is_here) {
+      return paced;
+    }
+    const auto buffer = local_room->of(socket->local(), lane.to);
+    if (!buffer || buffer->most <= 2 * buffer->unread) {
+      return 0;
+    }
+    const std::size_t segments = burst_into(buffer->most - 2 * buffer->unread, 0).value_or(0);
+    return segments >= default_burst ? segments : 0;  // fewer are not worth the question
   }
 
   void meet(const Endpoint& to) {
@@ -631,9 +648,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
     }
     const std::size_t end = work + (shared ? turn_segments : 2 * most_burst);
+    std::size_t room = 0;  // in segments, that is left of what may leave at once
     while (!lane.queue.empty() && (!waits || lane.host->probe)) {
       PendingMessage& message = lane.queue.front();
-      if (work >= end && may_leave(lane, now)) {
+      if (work >= end && (room > 0 || may_leave(lane, now))) {
         more = true;
         return true;
       }
@@ -642,8 +660,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         status = send_datagram(lane.to, message.slices.front(), message.messages);
       } else if (message.plain()) {
         status = send_plain(lane.to, message.header, message.slices, message.bytes);
-      } else if (const std::size_t room = lane.pace.room(message.pacing, now); room > 0) {
+      } else if (room = room > 0 ? room : segments_for(lane, now); room > 0) {
+        const std::uint64_t before = counters.datagrams;
         status = send_batch(lane, message, waits ? 1 : std::min(room, end - work));
+        room -= std::min<std::size_t>(room, counters.datagrams - before);
       } else {
         const TimePoint next = lane.pace.resume(message.pacing);
         resume = resume ? std::min(*resume, next) : next;
@@ -667,6 +687,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       if (&message == lent) {
         lent = nullptr;
       }
+      room = 0;  // the next one may have another pacing
       lanes.finish(lane);
     }
     return true;
@@ -797,6 +818,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   std::function<void()> on_large;
   std::function<void(const Endpoint& to)> on_full;
   Link link;
+  LocalRoom* local_room = nullptr;
   std::vector<Endpoint> gone;      ///< still to be reported
   std::array<Known, 256> known{};  ///< each at a place that follows from its address
   // Of one batch; kept to reuse their memory.
@@ -823,6 +845,10 @@ MessageSender::~MessageSender() {
 
 void MessageSender::watch_link(Link link) {
   state_->link = std::move(link);
+}
+
+void MessageSender::ask_for_room(LocalRoom& room) {
+  state_->local_room = &room;
 }
 
 void MessageSender::meet(const Endpoint& receiver) {
