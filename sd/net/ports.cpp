@@ -127,6 +127,9 @@ std::shared_ptr<UdpPort> Ports::udp(std::uint16_t number, const std::function<bo
     port->socket.report_unreachable(unreachable);
     port->sender.watch_link(
         {.answer_of = handlers_.answer_of, .entry_of = handlers_.entry_of, .unreachable = unreachable});
+    if (config_.discovery.tell_receive_buffer) {
+      port->sender.ask_for_room(local_room_);
+    }
   }
   return port;
 }

@@ -166,6 +166,7 @@ class Ports {
   std::shared_ptr<someip::ReceiveBudget> receive_budget_;        ///< likewise
   std::shared_ptr<someip::SendBudget> send_budget_;              ///< likewise
   std::shared_ptr<someip::ReassemblyBudget> reassembly_budget_;  ///< of all UDP ports
+  someip::LocalRoom local_room_;
   // Of closed ports.
   someip::MessageSender::Counters past_sent_;
   someip::TcpServer::Counters past_tcp_;

@@ -41,7 +41,11 @@ constexpr Duration look_pause = std::chrono::milliseconds{100};
 constexpr Duration look_pause_much = std::chrono::milliseconds{10};
 constexpr Duration look_pause_full = std::chrono::milliseconds{5};
 constexpr Duration look_pause_large = std::chrono::milliseconds{1};
-constexpr std::uint8_t much = 16;              // messages since the last look
+constexpr std::uint8_t much = 16;  // messages since the last look
+// Small messages that handlers send which follow each other so closely are a stream. After so many turns of
+// the event loop they leave together, with pauses no longer than that.
+constexpr Duration stream_pause = std::chrono::microseconds{20};
+constexpr unsigned stream_turns = 4;
 constexpr std::size_t slices_per_segment = 2;  // a segment in more pieces is copied into one
 
 // A host that was there when it was looked at, or of which nobody can tell.
@@ -199,15 +203,38 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   // that the socket has received at once have been handled.
   void open_turn() {
     turn_open = true;
-    if (socket->receiving() || std::exchange(deferred, true)) {
-      return;  // end_turn() will be called
+    if (!socket->receiving() && !deferred) {  // otherwise end_turn() will be called
+      defer_end();
     }
+  }
+
+  // Once all handlers have run that are ready now.
+  void defer_end() {
+    deferred = true;
     boost::asio::defer(io, memory->defer.hold([weak = weak_from_this(), keep = memory] {
-      if (const auto self = weak.lock()) {
+      const auto self = weak.lock();
+      if (self && self->socket != nullptr) {
         self->deferred = false;
-        self->end_turn();
+        self->end_turn_or_stream();
       }
     }));
+  }
+
+  // A turn stays open, and what it sends waits, while handlers send without a break.
+  void end_turn_or_stream() {
+    const TimePoint now = std::chrono::steady_clock::now();
+    const bool goes_on = std::exchange(sent_in_turn, false) && now - turn_end < stream_pause;
+    turn_end = now;
+    turns = goes_on ? turns + 1 : 0;
+    if (turns < stream_turns) {
+      end_turn();
+      return;
+    }
+    if (now - flushed >= stream_pause) {
+      flush();
+      flushed = now;
+    }
+    defer_end();
   }
 
   void end_turn() {
@@ -430,12 +457,29 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   }
 
   // Whether it is only for its turn that it waits.
-  static bool may_leave(SendLane& lane, TimePoint now) {
+  bool may_leave(SendLane& lane, TimePoint now) {
     if (lane.host || lane.queue.empty()) {
       return false;
     }
     const PendingMessage& message = lane.queue.front();
-    return message.plain() || lane.pace.room(message.pacing, now) > 0;
+    return message.plain() || segments_for(lane, now) > 0;
+  }
+
+  // How many segments of its first message may leave now, as its pacing says. Who has not told what it can
+  // take may get more if it is on this host: up to half of the buffer of its socket is left to be read.
+  std::size_t segments_for(SendLane& lane, TimePoint now) {
+    const PendingMessage& message = lane.queue.front();
+    const std::size_t paced = lane.pace.room(message.pacing, now);
+    const bool is_here = lane.to.address.is_loopback() || lane.to.address == socket->local().address;
+    if (paced > 0 || local_room == nullptr || message.pacing.burst || !is_here) {
+      return paced;
+    }
+    const auto buffer = local_room->of(socket->local(), lane.to);
+    if (!buffer || buffer->most <= 2 * buffer->unread) {
+      return 0;
+    }
+    const std::size_t segments = burst_into(buffer->most - 2 * buffer->unread, 0).value_or(0);
+    return segments >= default_burst ? segments : 0;  // fewer are not worth the question
   }
 
   void meet(const Endpoint& to) {
@@ -604,9 +648,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       resume = resume ? std::min(*resume, lane.host->next_look) : lane.host->next_look;
     }
     const std::size_t end = work + (shared ? turn_segments : 2 * most_burst);
+    std::size_t room = 0;  // in segments, that is left of what may leave at once
     while (!lane.queue.empty() && (!waits || lane.host->probe)) {
       PendingMessage& message = lane.queue.front();
-      if (work >= end && may_leave(lane, now)) {
+      if (work >= end && (room > 0 || may_leave(lane, now))) {
         more = true;
         return true;
       }
@@ -615,8 +660,10 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
         status = send_datagram(lane.to, message.slices.front(), message.messages);
       } else if (message.plain()) {
         status = send_plain(lane.to, message.header, message.slices, message.bytes);
-      } else if (const std::size_t room = lane.pace.room(message.pacing, now); room > 0) {
+      } else if (room = room > 0 ? room : segments_for(lane, now); room > 0) {
+        const std::uint64_t before = counters.datagrams;
         status = send_batch(lane, message, waits ? 1 : std::min(room, end - work));
+        room -= std::min<std::size_t>(room, counters.datagrams - before);
       } else {
         const TimePoint next = lane.pace.resume(message.pacing);
         resume = resume ? std::min(*resume, next) : next;
@@ -640,6 +687,7 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
       if (&message == lent) {
         lent = nullptr;
       }
+      room = 0;  // the next one may have another pacing
       lanes.finish(lane);
     }
     return true;
@@ -759,13 +807,18 @@ struct MessageSender::State : std::enable_shared_from_this<State> {
   bool rests = false;                       ///< until the event loop has run: the timer calls pump()
   PendingMessage* lent = nullptr;           ///< this message waits in the memory of the caller of send()
   DatagramBatch batch;
-  bool turn_open = false;  ///< a small message has left, further ones wait for each other in the batch
-  bool deferred = false;   ///< end_turn() has been posted
+  bool turn_open = false;     ///< a small message has left, further ones wait for each other in the batch
+  bool deferred = false;      ///< end_turn_or_stream() has been posted
+  bool sent_in_turn = false;  ///< a small message
+  TimePoint turn_end{};       ///< of the last one
+  unsigned turns = 0;         ///< one after the other, each of which has sent something
+  TimePoint flushed{};        ///< when that was, within a stream
   Counters counters;
   std::size_t large_above = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_large;
   std::function<void(const Endpoint& to)> on_full;
   Link link;
+  LocalRoom* local_room = nullptr;
   std::vector<Endpoint> gone;      ///< still to be reported
   std::array<Known, 256> known{};  ///< each at a place that follows from its address
   // Of one batch; kept to reuse their memory.
@@ -792,6 +845,10 @@ MessageSender::~MessageSender() {
 
 void MessageSender::watch_link(Link link) {
   state_->link = std::move(link);
+}
+
+void MessageSender::ask_for_room(LocalRoom& room) {
+  state_->local_room = &room;
 }
 
 void MessageSender::meet(const Endpoint& receiver) {
@@ -855,6 +912,7 @@ bool MessageSender::send(const Endpoint& to, const Header& header, std::span<con
       state.collect(to, header, payload, bytes);
       return true;
     }
+    state.sent_in_turn = true;
     if (state.turn_open) {
       state.add_to_batch(to, header, payload, bytes);
       return true;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "someip/core/tp_pacing.hpp"
+#include "someip/net/local_room.hpp"
 #include "someip/net/neighbours.hpp"
 #include "someip/net/send_lanes.hpp"
 #include "someip/net/socket_counters.hpp"
@@ -18,7 +19,9 @@ namespace trestle::someip {
 ///
 /// A small message on its own leaves before send() returns. The ones that the same handler sends after it
 /// leave together, each in a datagram of its own, with one system call: when the handler is done, or there
-/// are 64; in a handler of what `socket` has received, when all has been handled that came with it.
+/// are 64; in a handler of what `socket` has received, when all has been handled that came with it. Where
+/// handler follows handler within microseconds and each sends something, their messages leave together, too:
+/// as soon as a turn of the event loop brings none, and every 20 us.
 ///
 /// The large messages to one receiver share its bursts, in the order in which they were sent. Messages to
 /// another receiver do not wait for its pauses. Where many wait, each address has its turn, and of one
@@ -53,6 +56,11 @@ class MessageSender {
   /// Whether a payload of so many bytes for this receiver would be dropped now, because too much waits.
   /// False for what is larger than all that may wait.
   [[nodiscard]] bool is_full_for(const Endpoint& to, std::size_t bytes) const;
+
+  /// From now on a receiver on this host whose pacing has no burst, as it does not tell what it can take,
+  /// gets large messages without pauses while its socket has room, as the system tells.
+  /// @param room  outlives the sender.
+  void ask_for_room(LocalRoom& room);
 
   /// To be called before send() for a message that a rule is for: drops the oldest one with its Message ID
   /// when too many wait for the receiver, or says that the new one is not to be sent. For a host that nobody

@@ -1,7 +1,6 @@
 #include "someip/net/neighbours.hpp"
 
 #include <linux/neighbour.h>
-#include <linux/netlink.h>
 #include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <net/if_arp.h>
@@ -11,10 +10,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <optional>
 
 #include "someip/net/addresses.hpp"
-#include "someip/wire/bytes.hpp"
+#include "someip/net/netlink.hpp"
 
 namespace trestle::someip {
 namespace {
@@ -43,8 +41,6 @@ bool is_link_local(const IpAddress& host) {
 
 // --- rtnetlink --------------------------------------------------------------------------------------------
 
-constexpr int max_answers = 8;  // that are read for one question; more than one comes only if one was lost
-
 /// Asks for one entry of the table.
 struct Question {
   nlmsghdr header{};
@@ -67,68 +63,6 @@ Question question_of(const IpAddress& host, unsigned interface, std::uint32_t nu
   question.attribute.rta_type = NDA_DST;
   question.host = host.bytes;
   return question;
-}
-
-/// What the kernel says about one entry.
-struct Entry {
-  int error = 0;
-  std::uint16_t state = NUD_NONE;
-};
-
-template <typename Body>
-std::optional<Body> body_of(ByteView message) {
-  Body body{};
-  if (message.size() < NLMSG_HDRLEN + sizeof body) {
-    return std::nullopt;
-  }
-  std::memcpy(&body, message.data() + NLMSG_HDRLEN, sizeof body);
-  return body;
-}
-
-std::optional<Entry> entry_in(ByteView message, std::uint32_t number) {
-  nlmsghdr header{};
-  if (message.size() < sizeof header) {
-    return std::nullopt;
-  }
-  std::memcpy(&header, message.data(), sizeof header);
-  if (header.nlmsg_seq != number) {
-    return std::nullopt;
-  }
-  if (header.nlmsg_type == NLMSG_ERROR) {
-    const auto error = body_of<nlmsgerr>(message);
-    return error ? std::optional{Entry{.error = -error->error}} : std::nullopt;
-  }
-  const auto neighbour = body_of<ndmsg>(message);
-  return neighbour && header.nlmsg_type == RTM_NEWNEIGH ? std::optional{Entry{.state = neighbour->ndm_state}}
-                                                        : std::nullopt;
-}
-
-// The kernel has answered when send() returns, so nothing here waits.
-Entry ask(int fd, const Question& question) {
-  if (::send(fd, &question, sizeof question, MSG_NOSIGNAL) < 0) {
-    return {.error = errno};
-  }
-  std::array<std::byte, 1024> room;  // an entry takes about 100 bytes
-  for (int i = 0; i < max_answers; ++i) {
-    sockaddr_nl from{};
-    iovec place{room.data(), room.size()};
-    msghdr header{};
-    header.msg_name = &from;
-    header.msg_namelen = sizeof from;
-    header.msg_iov = &place;
-    header.msg_iovlen = 1;
-    const ssize_t size = ::recvmsg(fd, &header, MSG_DONTWAIT);
-    if (size < 0 && errno != EINTR && errno != ENOBUFS) {
-      return {.error = errno};
-    }
-    if (size > 0 && from.nl_pid == 0) {  // of the kernel itself
-      if (const auto entry =
-              entry_in(ByteView{room}.first(static_cast<std::size_t>(size)), question.header.nlmsg_seq)) {
-        return *entry;
-      }
-    }
-  }
-  return {.error = EAGAIN};
 }
 
 }  // namespace
@@ -188,18 +122,21 @@ Neighbours::Answer Neighbours::looked_up_v6(const IpAddress& host) const noexcep
   if (index_ == 0) {
     return Answer::untold;
   }
-  const Entry entry = ask(socket_.get(), question_of(host, index_, ++question_));
+  const Question question = question_of(host, index_, ++question_);
+  std::array<std::byte, 1024> room;  // an entry takes about 100 bytes
+  const NetlinkAnswer entry = ask_netlink(socket_.get(), std::as_bytes(std::span{&question, 1}), room);
   if (entry.error == ENODEV) {
     index_ = if_nametoindex(interface_.c_str());  // it may have been made anew
   }
-  if (entry.error != 0) {
+  const auto neighbour = entry.front<ndmsg>();
+  if (entry.error != 0 || entry.type != RTM_NEWNEIGH || !neighbour) {
     return entry.error == ENOENT ? Answer::unasked : Answer::untold;
   }
   constexpr unsigned has_answered = NUD_PERMANENT | NUD_REACHABLE | NUD_STALE | NUD_DELAY | NUD_PROBE;
-  if ((entry.state & NUD_NOARP) != 0U) {
+  if ((neighbour->ndm_state & NUD_NOARP) != 0U) {
     return Answer::unasked;
   }
-  return (entry.state & has_answered) != 0U ? Answer::came : Answer::awaited;
+  return (neighbour->ndm_state & has_answered) != 0U ? Answer::came : Answer::awaited;
 }
 
 }  // namespace trestle::someip

@@ -6,6 +6,7 @@
 //   tcp_server.hpp, tcp_client.hpp  messages over TCP; tcp_stream.hpp is what both share
 //   parameters.hpp      C++ values as payloads: pack(), unpack()
 //   address_text.hpp, addresses.hpp, neighbours.hpp  addresses as text, of interfaces, of the link
+//   local_room.hpp      how full the sockets of this host are
 //
 // No decision about the protocol is made here; an `if` about a protocol field belongs into someip/core.
 #pragma once
@@ -56,7 +57,7 @@ struct UdpOptions {
   int receive_buffer_bytes = 8 << 20;
   int send_buffer_bytes = 4 << 20;
   std::chrono::microseconds busy_poll{0};  ///< SO_BUSY_POLL, as far as it is granted
-  /// Batches, of 16 datagrams each, that are received in a row before others get their turn.
+  /// Batches, of at most 16 datagrams each, that are received in a row before others get their turn.
   int batches_in_a_row = 16;
 };
 

@@ -1,5 +1,8 @@
 // Large events leave in bursts of what each subscriber can take, as its subscription tells, and answers to a
-// client that has subscribed likewise; large requests in those of what the server can, if its offer tells.
+// client that has subscribed likewise; large requests in those of what the server can, if its offer tells. On
+// one host the system tells, too.
+#include "someip/net/local_room.hpp"
+#include "someip/net/udp_socket.hpp"
 #include "test/covers.hpp"
 #include "test/sd/net/two_nodes.hpp"
 
@@ -27,6 +30,12 @@ class Pacing : public test::TwoNodes {
     config.receive_buffer_bytes = bytes;
     return config;
   }
+  /// That tells nothing of its buffer, and does not ask the system for those of others.
+  static NodeConfig untold(const IpAddress& address) {
+    NodeConfig config = quick(address);
+    config.discovery.tell_receive_buffer = false;
+    return config;
+  }
   static ServiceSpec spec() {
     return {.service = ServiceId{0x1234},
             .instance = InstanceId{1},
@@ -41,6 +50,10 @@ class Pacing : public test::TwoNodes {
                            receivers.push_back(&client);
                          });
     ASSERT_TRUE(run_until([&] { return client.subscribed(id); }));
+  }
+  [[nodiscard]] bool system_tells() {
+    const someip::UdpSocket socket{io, {.local = {test::own_address(4), 0}}};
+    return someip::LocalRoom{}.of(socket.local(), socket.local()).has_value();
   }
   /// What the subscribers have told.
   static std::vector<std::uint32_t> told_to(Node& server, OfferHandle offer) {
@@ -93,14 +106,25 @@ TEST_F(Pacing, IsThatOfTheApplicationIfItHasOne) {
 
 TEST_F(Pacing, IsTheDefaultForASubscriberThatDoesNotTell) {
   covers({"feat_req_someiptp_801"});
-  Node server{io, quick(test::server_address)};
-  NodeConfig config = quick(test::client_address);
-  config.discovery.tell_receive_buffer = false;
-  Node client{io, config};
+  Node server{io, untold(test::server_address)};
+  Node client{io, untold(test::client_address)};
   const OfferHandle offer = server.offer(spec());
   subscribe(client);
   EXPECT_THAT(told_to(server, offer), ElementsAre(0));
   EXPECT_EQ(burst_of(server, offer), 48U);
+}
+
+TEST_F(Pacing, HasNoPausesOnThisHostWhileTheSocketHasRoom) {
+  if (!system_tells()) {
+    GTEST_SKIP() << "the system does not tell of sockets (sock_diag)";
+  }
+  Node server{io, quick(test::server_address)};
+  Node client{io, untold(test::client_address)};
+  const OfferHandle offer = server.offer(spec());
+  subscribe(client);
+  EXPECT_THAT(told_to(server, offer), ElementsAre(0));
+  EXPECT_EQ(burst_of(server, offer), 200U);
+  EXPECT_EQ(burst_of(server, offer, {.burst = 7}), 7U) << "as the application wants";
 }
 
 // Each at its own pace, and no one's pauses are another one's.
@@ -295,10 +319,8 @@ TEST_F(RequestPacing, IsThatOfTheServersBufferIfItsOfferTells) {
 }
 
 TEST_F(RequestPacing, IsTheDefaultForAServerThatDoesNotTell) {
-  NodeConfig config = with_buffer(test::server_address, 180'000);
-  config.discovery.tell_receive_buffer = false;
-  Node server{io, config};
-  Node client{io, quick(test::client_address)};
+  Node server{io, untold(test::server_address)};
+  Node client{io, untold(test::client_address)};
   server.offer(taking_large_requests());
   EXPECT_EQ(burst_of_request(client), 48U);
   EXPECT_THAT(configuration, IsEmpty());
@@ -307,7 +329,7 @@ TEST_F(RequestPacing, IsTheDefaultForAServerThatDoesNotTell) {
 // An offer goes to everybody: it has no more in it than it needs.
 TEST_F(RequestPacing, IsOnlyToldWhereLargeRequestsAreExpected) {
   Node server{io, quick(test::server_address)};
-  Node client{io, quick(test::client_address)};
+  Node client{io, untold(test::client_address)};
   ServiceSpec open = taking_large_requests();
   open.segmented.reset();
   const OfferHandle first = server.offer(std::move(open));
@@ -357,7 +379,7 @@ class AnswerPacing : public Pacing {
 
 TEST_F(AnswerPacing, IsThatOfTheClientsBufferIfItHasSubscribed) {
   covers({"feat_req_someiptp_801", "feat_req_someipsd_946"});
-  Node server{io, quick(test::server_address)};
+  Node server{io, untold(test::server_address)};
   Node client{io, with_buffer(test::client_address, 180'000)};
   server.offer(giving_large_answers());
   EXPECT_EQ(burst_of_answer(server, client), 48U) << "it has not told";
@@ -367,7 +389,7 @@ TEST_F(AnswerPacing, IsThatOfTheClientsBufferIfItHasSubscribed) {
 }
 
 TEST_F(AnswerPacing, IsNotThatOfAnotherClient) {
-  Node server{io, quick(test::server_address)};
+  Node server{io, untold(test::server_address)};
   Node client{io, quick(test::client_address)};
   Node other{io, with_buffer(test::other_address, 180'000)};
   server.offer(giving_large_answers());
@@ -376,13 +398,35 @@ TEST_F(AnswerPacing, IsNotThatOfAnotherClient) {
 }
 
 TEST_F(AnswerPacing, IsTheDefaultForAClientThatDoesNotTell) {
-  Node server{io, quick(test::server_address)};
-  NodeConfig config = with_buffer(test::client_address, 180'000);
-  config.discovery.tell_receive_buffer = false;
-  Node client{io, config};
+  Node server{io, untold(test::server_address)};
+  Node client{io, untold(test::client_address)};
   server.offer(giving_large_answers());
   subscribe(client);
   EXPECT_EQ(burst_of_answer(server, client), 48U);
+}
+
+// As the guide shows it: nothing is said of segments, and nobody subscribes.
+TEST_F(AnswerPacing, HasNoPausesOnThisHostNorHasThatOfTheRequest) {
+  if (!system_tells()) {
+    GTEST_SKIP() << "the system does not tell of sockets (sock_diag)";
+  }
+  Node server{io, quick(test::server_address)};
+  Node client{io, quick(test::client_address)};
+  ServiceSpec echo = spec();
+  echo.methods = {{.id = give, .handler = [](const Message& request, Responder responder) {
+                     responder.respond(request.payload);
+                   }}};
+  server.offer(std::move(echo));
+  const RequirementId required = client.require({.service = ServiceId{0x1234}});
+  ASSERT_TRUE(run_until([&] { return !client.available(required).empty(); }));
+  const auto payload = numbers(200 * 1392);
+  const ByteView slice{payload};
+  client.call(required, {.method = give}, {&slice, 1}, note());
+  EXPECT_EQ(client.sender_counters().datagrams, 200U);
+  ASSERT_TRUE(run_until([&] { return server.sender_counters().datagrams > 0; }));
+  EXPECT_EQ(server.sender_counters().datagrams, 200U);
+  ASSERT_TRUE(run_until([&] { return outcomes.size() == 1; }));
+  EXPECT_EQ(outcomes[0].payload, payload);
 }
 
 }  // namespace

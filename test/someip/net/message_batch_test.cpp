@@ -4,6 +4,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/post.hpp>
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -164,6 +165,30 @@ TEST_F(MessageBatchTest, OfWhatWasReceivedTogetherLeavesWhenAllThatIsDone) {
   EXPECT_EQ(sender.counters().system_calls, 2U);
   run_until([&] { return at_first.size() == 32; });
   EXPECT_EQ(at_first, in_order(32, 100));
+}
+
+// Each handler sends one, and the next one follows at once.
+TEST_F(MessageBatchTest, OfHandlersThatFollowEachOtherLeaveTogether) {
+  constexpr std::uint16_t count = 5000;
+  UdpSocket receiver{io, {.local = {IpAddress::v4(127, 0, 0, 4), 0}}};
+  std::uint16_t sent = 0;
+  const std::function<void()> turn = [&] {
+    send(receiver, ++sent, 16);
+    if (sent < count) {
+      boost::asio::post(io, turn);
+    }
+  };
+  turn();
+  run_until([&] { return sender.counters().messages == count; });
+  EXPECT_TRUE(sender.idle()) << "once no handler follows";
+  EXPECT_LT(sender.counters().system_calls, count);
+  io.poll();
+  send(receiver, count + 1, 16);
+  EXPECT_EQ(sender.counters().messages, count + 1U) << "alone again";
+  std::vector<Arrival> arrived;
+  note_at(receiver, arrived);
+  run_until([&] { return arrived.size() == count + 1U; });
+  EXPECT_EQ(arrived, in_order(count + 1, 16));
 }
 
 TEST_F(MessageBatchTest, KeepTheirOrderBeforeAndAfterALargeMessage) {
