@@ -48,7 +48,6 @@ std::string in_words(const Route& route) {
 DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, Routes& routes, const BridgeConfig& config,
                                    const messages::TypeLibrary& types, boost::asio::any_io_executor disk)
     : context_{context},
-      own_{context},
       routes_{routes},
       config_{config},
       types_{types},
@@ -56,8 +55,6 @@ DiscoveredRoutes::DiscoveredRoutes(const RouteContext& context, Routes& routes, 
       past_{"former routes of patterns", {}},
       next_look_{context.clock.timer([this] { update(); })},
       disk_{std::move(disk)} {
-  own_.watch = nullptr;
-  own_.publishers = nullptr;
   patterns_.resize(config_.patterns.size());
   for (std::size_t i = 0; i < patterns_.size(); ++i) {
     const TopicPattern& settings = config_.patterns[i];
@@ -94,8 +91,9 @@ DiscoveredRoutes::Pattern* DiscoveredRoutes::owner_of(const std::string& topic) 
 }
 
 void DiscoveredRoutes::open() {
-  own_.dds = context_.dds;
-  opened_ = true;
+  own_.emplace(context_);
+  own_->watch = nullptr;
+  own_->publishers = nullptr;
   update();
 }
 
@@ -112,7 +110,7 @@ void DiscoveredRoutes::stop() {
 }
 
 void DiscoveredRoutes::update() {
-  if (stopped_ || !opened_) {
+  if (stopped_ || !own_) {
     return;
   }
   if (locking_) {
@@ -341,7 +339,7 @@ void DiscoveredRoutes::make(const Candidate& candidate) {
   try {
     BridgeConfig alone;
     alone.routes = {route};
-    std::shared_ptr<RunningRoute> made = std::move(make_routes(own_, alone, types_).front().route);
+    std::shared_ptr<RunningRoute> made = std::move(make_routes(*own_, alone, types_).front().route);
     RunningRoute& running = *made;
     routes_.add(route, std::move(made), *context_.someip);
     spdlog::info("discovered {} ({}): {}, event 0x{:04x}", route.topic, route.type, in_words(route),

@@ -119,12 +119,12 @@ class DiscoveredRoutes {
   void refuse(const TopicAndType& what, Pattern& pattern, Refusal why, const std::string& told);
 
   const RouteContext& context_;
-  RouteContext own_;  ///< of these routes: this object watches who comes and goes
-  Routes& routes_;    ///< of the bridge
+  /// Of these routes, once DDS has been joined: this object watches who comes and goes.
+  std::optional<RouteContext> own_;
+  Routes& routes_;  ///< of the bridge
   const BridgeConfig config_;
   messages::TypeLibrary types_;
   LockFile lock_;
-  bool opened_ = false;
   std::vector<Pattern> patterns_;            ///< as those of the configuration
   std::set<std::string> own_topics_;         ///< that others of our routes carry
   std::set<someip::ServiceId> taken_;        ///< ids of services, also those that are locked
