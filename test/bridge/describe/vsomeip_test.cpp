@@ -775,6 +775,36 @@ TEST(WriteVsomeip, TellsOfVersionsRolesAndTransports) {
   EXPECT_THAT(lines(), ::testing::Not(::testing::Contains(HasSubstr("carried by TCP"))));
 }
 
+/// A file is that of one host.
+TEST(WriteVsomeip, TellsWhatInstancesHaveOfTheirOwn) {
+  Model model;
+  model.services = {
+      {.name = "Door", .id = someip::ServiceId{1}, .eventgroups = {{.id = someip::EventgroupId{1}}}}};
+  const auto instance = [](std::uint16_t id, std::uint8_t host) {
+    return Instance{.service = "Door",
+                    .id = someip::InstanceId{id},
+                    .address = IpAddress::v4(10, 0, 0, host),
+                    .udp_port = std::uint16_t{30501},
+                    .timing = sd::Timing{}};
+  };
+  const Endpoint group{.address = IpAddress::v4(239, 0, 0, 1), .port = 1000};
+  model.instances = {instance(1, 1), instance(2, 1), instance(3, 2)};
+  model.instances[0].timing->request_response_delay_min = 5ms;
+  model.instances[0].timing->initial_delay_min = 1500us;
+  model.instances[1].timing->ttl_s = 99;
+  model.instances[1].multicast = {{.eventgroup = someip::EventgroupId{1}, .group = group, .threshold = 1000},
+                                  {.eventgroup = someip::EventgroupId{55}, .group = group, .threshold = 2}};
+  model.instances[2].timing = model.instances[0].timing;
+  EXPECT_THAT(
+      lines_of(write_vsomeip(model).not_carried),
+      ElementsAre(
+          "Door 0x0001: its least delay of answers", "Door 0x0001: times in µs: 1500",
+          "Door 0x0002: its threshold of 1000 subscribers: vsomeip has at most 255",
+          "Door 0x0002: the group of an eventgroup that its service does not have: 0x0037",
+          "Door 0x0002: its times of service discovery: a file has those of one instance, Door 0x0001",
+          "Door 0x0003: its address 10.0.0.2: the file is that of one host, 10.0.0.1"));
+}
+
 TEST(WriteVsomeip, TellsOfNumbersThatItCannotWrite) {
   Model model = read_one(newer).model;
   Service& service = model.services[0];

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -675,20 +677,21 @@ void Maker::check_targets(const Collection& collection) {
   if (collection.node == nullptr) {
     return;
   }
-  std::map<std::string_view, std::set<std::string, std::less<>>> known{
+  // Each with the interface that declares it.
+  std::map<std::string_view, std::map<std::string, const Collection*, std::less<>>> known{
       {"attribute", {}}, {"method", {}}, {"broadcast", {}}};
   const auto named = [](const Name& name, const std::string& selector) {
     return selector.empty() ? name.text : name.text + ":" + selector;
   };
   for (const Collection* from : collection.line) {
     for (const AttributeTree& attribute : from->scope.in->attributes) {
-      known["attribute"].insert(attribute.value.name.text);
+      known["attribute"].insert_or_assign(attribute.value.name.text, from);
     }
     for (const MethodTree& method : from->scope.in->methods) {
-      known["method"].insert(named(method.name, method.selector));
+      known["method"].insert_or_assign(named(method.name, method.selector), from);
     }
     for (const BroadcastTree& broadcast : from->scope.in->broadcasts) {
-      known["broadcast"].insert(named(broadcast.name, broadcast.selector));
+      known["broadcast"].insert_or_assign(named(broadcast.name, broadcast.selector), from);
     }
   }
   for (const Node& child : collection.node->children) {
@@ -701,11 +704,23 @@ void Maker::check_targets(const Collection& collection) {
                         fmt::format("there is {}; expected one of {}{}", documents::quote(child.tag),
                                     fmt::join(tags, ", "), hint(child.tag, tags)));
       }
-    } else if (!names->second.contains(child.target.text)) {
+      continue;
+    }
+    const auto member = names->second.find(child.target.text);
+    if (member == names->second.end()) {
+      std::vector<std::string> all;
+      std::ranges::transform(names->second, std::back_inserter(all),
+                             [](const auto& one) { return one.first; });
       findings_.error(child.place,
                       fmt::format("{} has no {} {}{}", documents::quote(collection.scope.name), child.tag,
-                                  documents::quote(child.target.text),
-                                  hint(child.target.text, {names->second.begin(), names->second.end()})));
+                                  documents::quote(child.target.text), hint(child.target.text, all)));
+    } else if (member->second->scope.model != collection.scope.model) {
+      findings_.warning(
+          child.place,
+          fmt::format("{} inherits the {} {}, which {} declares: Franca takes its deployment "
+                      "there alone; write it there",
+                      documents::quote(collection.scope.name), child.tag, documents::quote(child.target.text),
+                      documents::quote(member->second->scope.name)));
     }
   }
 }

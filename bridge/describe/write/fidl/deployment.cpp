@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 #include <map>
 #include <set>
+#include <type_traits>
+#include <utility>
 
 #include "bridge/describe/address_text.hpp"
 #include "bridge/describe/layout.hpp"
@@ -635,7 +637,7 @@ Block Deployment::interface(const Container& container) {
   const Inherited inherited{plan_.service(service.base)};
   if (const Container* const base = plan_.service(service.base);
       base != nullptr && base->service != nullptr) {
-    lose_other_ids(service, *base->service);
+    lose_what_differs(service, *base->service);
   }
   for (const Field& field : service.fields) {
     if (!inherited.fields.contains(field.name) && plan_.is_written(field)) {
@@ -656,40 +658,95 @@ Block Deployment::interface(const Container& container) {
   return block;
 }
 
-/// FDEPL says the ids of what an interface inherits where it is declared, and nowhere else.
-void Deployment::lose_other_ids(const Service& service, const Service& base) {
-  using Ids = std::array<std::optional<someip::MethodId>, 3>;
-  std::map<std::string, Ids, std::less<>> of_base;
-  const auto ids_of = [](const auto& one) -> Ids {
-    if constexpr (requires { one.getter; }) {
-      return {one.getter, one.setter, one.notifier};
-    } else {
-      return {one.id, {}, {}};
-    }
-  };
-  const auto name_of = [](const auto& one) {
+namespace {
+
+/// The settings in a block, each on a line of its own.
+std::set<std::string> settings_of(const Block& block) {
+  std::set<std::string> all{block.settings.begin(), block.settings.end()};
+  for (const Block& child : block.children) {
+    all.merge(settings_of(child));
+  }
+  return all;
+}
+
+bool has_same_protection(const Field& one, const Field& other) {
+  return one.e2e == other.e2e && one.getter_e2e == other.getter_e2e && one.setter_e2e == other.setter_e2e;
+}
+bool has_same_protection(const auto& one, const auto& other) {
+  return one.e2e == other.e2e;
+}
+
+}  // namespace
+
+/// FDEPL says what an interface inherits where it is declared, and nowhere else.
+void Deployment::lose_what_differs(const Service& service, const Service& base) {
+  const auto key_of = [](const auto& one) {
     if constexpr (requires { one.selector; }) {
       return member_key(one.name, one.selector);
     } else {
       return one.name;
     }
   };
-  const auto compare = [&](const auto& own, const auto& inherited) {
-    of_base.clear();
+  // Gives the one the ids of the other.
+  const auto take_ids = [](auto& one, const auto& other) {
+    if constexpr (requires { one.getter; }) {
+      const bool differ =
+          one.getter != other.getter || one.setter != other.setter || one.notifier != other.notifier;
+      one.getter = other.getter;
+      one.setter = other.setter;
+      one.notifier = other.notifier;
+      return differ;
+    } else {
+      return std::exchange(one.id, other.id) != other.id;
+    }
+  };
+  // What both lose is told where the member is declared.
+  std::vector<NotCarried> untold;
+  Deployment both{model_, plan_, untold};
+  both.overwrites_ = overwrites_;
+  const auto compare = [&](const auto& own, const auto& inherited, const auto& block_of) {
+    std::map<std::string, const std::remove_cvref_t<decltype(own.front())>*, std::less<>> of_base;
     for (const auto& one : inherited) {
-      of_base.emplace(name_of(one), ids_of(one));
+      of_base.emplace(key_of(one), &one);
     }
     for (const auto& one : own) {
-      const auto found = of_base.find(name_of(one));
-      if (found != of_base.end() && found->second != ids_of(one)) {
-        lose(service_ + "." + name_of(one), "other ids than in the interface that it is inherited from",
-             one.place);
+      const auto found = of_base.find(key_of(one));
+      if (found == of_base.end()) {
+        continue;
+      }
+      const auto& other = *found->second;
+      const auto tell = [&](const std::string& what) {
+        lose(service_ + "." + key_of(one),
+             fmt::format("{} than in the interface that it is inherited from", what), one.place);
+      };
+      auto alike = one;
+      if (take_ids(alike, other)) {
+        tell("other ids");
+      }
+      const std::set<std::string> now = settings_of(block_of(alike));
+      const std::set<std::string> before = settings_of(block_of(other));
+      untold.clear();
+      if (now != before) {
+        std::vector<std::string> only;
+        std::ranges::set_difference(now, before, std::back_inserter(only));
+        constexpr std::size_t most = 5;
+        only.resize(std::min(only.size(), most));
+        tell(only.empty() ? "other settings" : fmt::format("other settings ({})", fmt::join(only, ", ")));
+      }
+      if (!has_same_protection(one, other)) {
+        tell("another E2E protection");
+      }
+      if constexpr (requires { one.cycle; }) {
+        if (one.cycle != other.cycle) {
+          tell("another cycle");
+        }
       }
     }
   };
-  compare(service.methods, base.methods);
-  compare(service.events, base.events);
-  compare(service.fields, base.fields);
+  compare(service.methods, base.methods, [&](const Method& one) { return both.method(base, one); });
+  compare(service.events, base.events, [&](const Event& one) { return both.event(base, one); });
+  compare(service.fields, base.fields, [&](const Field& one) { return both.attribute(base, one); });
+  overwrites_ = both.overwrites_;
 }
 
 Block Deployment::collection(const Container& container) {

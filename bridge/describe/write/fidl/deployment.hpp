@@ -44,7 +44,7 @@ class Deployment {
   [[nodiscard]] Block attribute(const Service& service, const Field& field);
   [[nodiscard]] Block method(const Service& service, const Method& method);
   [[nodiscard]] Block event(const Service& service, const Event& event);
-  void lose_other_ids(const Service& service, const Service& base);
+  void lose_what_differs(const Service& service, const Service& base);
   void arguments(Block& block, const char* head, const Payload& payload,
                  const std::vector<std::string>& names, const std::string& owner);
   /// What a use says besides its type. `before`: as which it is known without that; null: as the type is

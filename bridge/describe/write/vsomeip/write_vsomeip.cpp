@@ -39,6 +39,8 @@ bool is_usual(const std::optional<Id>& id) {
 
 /// vsomeip takes a whole multiple of 16 up to this, the default.
 constexpr std::uint32_t usual_segment_bytes = 1392;
+/// vsomeip keeps it in a byte.
+constexpr std::uint32_t most_threshold = 255;
 
 class VsomeipWriter {
  public:
@@ -95,15 +97,7 @@ class VsomeipWriter {
     Json json = Json::object();
     const Machine* machine = model_.machines.empty() ? nullptr : &model_.machines.front();
     const bool is_server = std::string_view{side} == "service";
-    std::optional<IpAddress> address = options_.address;
-    if (!address && is_server) {
-      address = machine != nullptr ? machine->address : std::nullopt;
-      for (const Instance& one : model_.instances) {
-        if (!address && one.role == Instance::Role::provided) {
-          address = one.address;
-        }
-      }
-    }
+    const std::optional<IpAddress> address = is_server ? server_address() : options_.address;
     // Without one vsomeip takes 127.0.0.1, where nobody else is.
     if (address) {
       json["unicast"] = someip::to_string(*address);
@@ -120,6 +114,27 @@ class VsomeipWriter {
     return json;
   }
 
+  /// That of the host that offers all provided instances.
+  [[nodiscard]] std::optional<IpAddress> server_address() const {
+    std::optional<IpAddress> address = options_.address;
+    if (!address && !model_.machines.empty()) {
+      address = model_.machines.front().address;
+    }
+    for (const Instance& one : model_.instances) {
+      if (!address && one.role == Instance::Role::provided) {
+        address = one.address;
+      }
+    }
+    return address;
+  }
+
+  /// The instance whose times of service discovery a file has; null: none has any.
+  [[nodiscard]] const Instance* timed() const {
+    const auto found =
+        std::ranges::find_if(model_.instances, [](const Instance& one) { return one.timing.has_value(); });
+    return found == model_.instances.end() ? nullptr : &*found;
+  }
+
   [[nodiscard]] Json discovery(const Machine* machine) const {
     Json json{{"enable", "true"}};
     json["multicast"] = machine != nullptr && machine->sd_multicast
@@ -127,9 +142,8 @@ class VsomeipWriter {
                             : std::string{"224.244.224.245"};
     json["port"] = text(machine != nullptr ? machine->sd_port.value_or(30490) : 30490);
     json["protocol"] = "udp";
-    const auto timed =
-        std::ranges::find_if(model_.instances, [](const Instance& one) { return one.timing.has_value(); });
-    const sd::Timing timing = timed == model_.instances.end() ? sd::Timing{} : *timed->timing;
+    const Instance* const from = timed();
+    const sd::Timing timing = from == nullptr ? sd::Timing{} : *from->timing;
     const auto time = [&json](const char* key, Duration duration) {
       json[key] = text(duration_cast<milliseconds>(duration).count());
     };
@@ -223,7 +237,7 @@ class VsomeipWriter {
         if (one.eventgroup == group.id) {
           json["multicast"] =
               Json{{"address", someip::to_string(one.group.address)}, {"port", text(one.group.port)}};
-          json["threshold"] = text(std::min(one.threshold, 255U));
+          json["threshold"] = text(std::min(one.threshold, most_threshold));
         }
       }
       list.push_back(std::move(json));
@@ -466,9 +480,61 @@ class VsomeipWriter {
     whole_milliseconds(element, transfer.debounce, place);
     whole_milliseconds(element, transfer.retention, place);
   }
-  void whole_milliseconds(const std::string& element, std::chrono::microseconds time, const Place& place) {
+  void whole_milliseconds(const std::string& element, Duration time, const Place& place) {
     if (time != duration_cast<milliseconds>(time)) {
-      lost(element, fmt::format("times in µs: {}", time.count()), place);
+      lost(element, fmt::format("times in µs: {}", duration_cast<std::chrono::microseconds>(time).count()),
+           place);
+    }
+  }
+
+  /// @param host  server_address()
+  void tell_of_address(const Instance& instance, const std::optional<IpAddress>& host) {
+    if (instance.address && host && *instance.address != *host) {
+      lost(label_of(instance),
+           fmt::format("its address {}: the file is that of one host, {}",
+                       someip::to_string(*instance.address), someip::to_string(*host)),
+           instance.place);
+    }
+  }
+  void tell_of_multicast(const Instance& instance) {
+    const Service* const service = service_of(instance);
+    for (const Multicast& one : instance.multicast) {
+      if (service == nullptr || std::ranges::find(service->eventgroups, one.eventgroup, &Eventgroup::id) ==
+                                    service->eventgroups.end()) {
+        lost(label_of(instance),
+             fmt::format("the group of an eventgroup that its service does not have: {}",
+                         id_text(one.eventgroup)),
+             instance.place);
+      } else if (one.threshold > most_threshold) {
+        lost(label_of(instance),
+             fmt::format("its threshold of {} subscribers: vsomeip has at most {}", one.threshold,
+                         most_threshold),
+             instance.place);
+      }
+    }
+  }
+  /// @param from  timed()
+  void tell_of_discovery(const Instance& instance, const Instance* from) {
+    if (!instance.timing || from == nullptr) {
+      return;
+    }
+    if (*instance.timing != *from->timing) {
+      lost(label_of(instance),
+           "its times of service discovery: a file has those of one instance, " + label_of(*from),
+           instance.place);
+      return;
+    }
+    if (&instance != from) {
+      return;
+    }
+    const sd::Timing& timing = *instance.timing;
+    if (timing.request_response_delay_min.count() != 0) {
+      lost(label_of(instance), "its least delay of answers", instance.place);
+    }
+    for (const Duration time :
+         {timing.initial_delay_min, timing.initial_delay_max, timing.repetitions_base_delay,
+          timing.cyclic_offer_delay, timing.request_response_delay_max}) {
+      whole_milliseconds(label_of(instance), time, instance.place);
     }
   }
 
@@ -590,6 +656,8 @@ class VsomeipWriter {
         protection(one.name + ".set", one.setter_e2e, one.place);
       }
     }
+    const std::optional<IpAddress> host = server_address();
+    const Instance* const from = timed();
     for (const Instance& one : model_.instances) {
       if (!one.configuration.empty()) {
         lost(label_of(one), "configuration options", one.place);
@@ -597,6 +665,11 @@ class VsomeipWriter {
       if (one.priority || one.weight) {
         lost(label_of(one), "load balancing", one.place);
       }
+      if (one.role == Instance::Role::provided) {
+        tell_of_address(one, host);
+        tell_of_multicast(one);
+      }
+      tell_of_discovery(one, from);
     }
   }
 

@@ -90,6 +90,21 @@ TEST(ReadFidl, TellsOfAnInterfaceWithTheServiceIdOfOneThatItExtends) {
                           "A.fdepl:4:19"));
 }
 
+TEST(ReadFidl, WarnsOfTheDeploymentOfWhatAnInterfaceInherits) {
+  const Reading reading = read(
+      {{"I.fidl",
+        "package a interface A { version { major 1 minor 0 } method m {} broadcast e {} }\n"
+        "interface B extends A { version { major 1 minor 0 } method own {} }"},
+       {"B.fdepl", v2 + std::string{"import \"I.fidl\"\n"} + spec +
+                       "interface a.B { SomeIpServiceID = 2\nmethod m { SomeIpReliable = true }\n"
+                       "broadcast e { SomeIpEventGroups = { 1 } }\nmethod own { SomeIpMethodID = 7 } }"}},
+      {"B.fdepl"});
+  const std::string rest = ", which 'A' declares: Franca takes its deployment there alone; write it there";
+  EXPECT_THAT(told(reading), ElementsAre("B.fdepl:4:1: warning: 'B' inherits the method 'm'" + rest,
+                                         "B.fdepl:5:1: warning: 'B' inherits the broadcast 'e'" + rest));
+  EXPECT_EQ(reading.model.services.at(1).methods.at(0).request_transfer.transport, Transport::tcp);
+}
+
 TEST(ReadFidl, LeavesOutKeysThatCommonApiDoesNotHave) {
   const Reading reading =
       deployed("attribute M m\nmap M { UInt8 to UInt8 }", "map M { SomeIpMapLengthWidth = 1 }");

@@ -498,6 +498,50 @@ TEST(WriteFidl, TellsOfIdsThatAreNotThoseOfTheBase) {
       ::testing::ElementsAre("p.Heir.shut: other ids than in the interface that it is inherited from"));
 }
 
+TEST(WriteFidl, TellsOfSettingsThatAreNotThoseOfTheBase) {
+  Model model;
+  const TypeIndex text = model.add({.kind = Kind::string});
+  const Wire wire = default_wire(Kind::string);
+  const Payload payload{.values = {{.name = "text", .type = text, .wire = wire}}};
+  Service base{.name = "Base", .scope = "p", .id = someip::ServiceId{1}};
+  base.methods = {{.name = "same", .id = someip::MethodId{1}}, {.name = "fast", .id = someip::MethodId{2}}};
+  base.events = {{.name = "tick",
+                  .id = someip::MethodId{0x8001},
+                  .payload = payload,
+                  .eventgroups = {someip::EventgroupId{1}}},
+                 {.name = "safe",
+                  .id = someip::MethodId{0x8002},
+                  .payload = payload,
+                  .eventgroups = {someip::EventgroupId{1}}}};
+  base.fields = {{.name = "label", .payload = payload, .getter = someip::MethodId{3}, .has_setter = false}};
+  base.methods[1].request_transfer.transport = base.methods[1].response_transfer.transport = Transport::tcp;
+  Service heir = base;
+  heir.name = "Heir";
+  heir.id = someip::ServiceId{2};
+  heir.base = "p.Base";
+  heir.methods[1].request_transfer.transport = heir.methods[1].response_transfer.transport = Transport::udp;
+  heir.events[0].payload.values[0].wire.encoding = someip::StringEncoding::utf16be;
+  heir.events[0].eventgroups = {someip::EventgroupId{7}};
+  heir.events[1].e2e = {.profile = "4", .numbers = {{"data_id", 1}}};
+  heir.fields[0].cycle = std::chrono::milliseconds{20};
+  model.services = {base, heir};
+  const std::string rest = " than in the interface that it is inherited from";
+  const std::vector<std::string> list = lost(write_fidl(model));
+  EXPECT_THAT(list,
+              ::testing::IsSupersetOf(
+                  {"p.Heir.fast: other settings" + rest,
+                   "p.Heir.tick: other settings (SomeIpEventGroups = { 7 }, SomeIpStringEncoding = "
+                   "utf16be)" +
+                       rest,
+                   "p.Heir.safe: another E2E protection" + rest, "p.Heir.label: another cycle" + rest}));
+  EXPECT_THAT(list, Not(Contains(HasSubstr("p.Heir.same"))));
+  // What the heir has as its base has it is told there.
+  model.services[1] = base;
+  model.services[1].name = "Heir";
+  model.services[1].base = "p.Base";
+  EXPECT_THAT(lost(write_fidl(model)), Not(Contains(HasSubstr("p.Heir"))));
+}
+
 TEST(WriteFidl, DeploysNoAttributeThatItDoesNotWrite) {
   Model model;
   Service service{.name = "Door", .scope = "car", .id = someip::ServiceId{0x1234}};
