@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <functional>
+
 #include "bridge/describe/allocate.hpp"
 #include "bridge/describe/compare.hpp"
 #include "bridge/describe/join.hpp"
@@ -19,6 +22,7 @@
 #include "bridge/describe/write/sheet/write_sheet.hpp"
 #include "bridge/describe/write/vsomeip/write_vsomeip.hpp"
 #include "bridge/describe/write/wireshark/write_wireshark.hpp"
+#include "test/bridge/describe/arxml/arxml_text.hpp"
 #include "test/bridge/describe/lost.hpp"
 #include "test/sanitized.hpp"
 
@@ -325,7 +329,189 @@ TEST(Bounds, RefuseInterfacesThatInheritTooMuch) {
   const Reading reading = read_sources(std::vector{SourceText{"a.fidl", fidl}}, none);
   EXPECT_FALSE(reading.ok());
   EXPECT_THAT(texts_of(reading.problems),
-              Contains("interfaces have inherited more than 200000 members up to here"));
+              Contains("interfaces have inherited more than 200000 members and arguments up to here"));
+}
+
+TEST(Bounds, RefuseInterfacesThatInheritTooManyArguments) {
+  std::string fidl = "package a\ninterface Base { version { major 1 minor 0 }\nmethod m { in {\n";
+  for (unsigned i = 0; i < 1000; ++i) {
+    fidl += fmt::format("UInt8 a{}\n", i);
+  }
+  fidl += "} } }\n";
+  for (unsigned i = 0; i < 1000; ++i) {
+    fidl += fmt::format("interface I{} extends Base {{ version {{ major 1 minor 0 }} }}\n", i);
+  }
+  const Load none = [](const std::string&) { return tl::unexpected{std::string{"none"}}; };
+  const Reading reading = read_sources(std::vector{SourceText{"a.fidl", fidl}}, none);
+  EXPECT_THAT(texts_of(reading.problems),
+              Contains("interfaces have inherited more than 200000 members and arguments up to here"));
+}
+
+std::string list_of(unsigned count, const std::function<std::string(unsigned)>& one) {
+  std::string all;
+  for (unsigned i = 0; i < count; ++i) {
+    all += one(i);
+  }
+  return all;
+}
+
+std::string element(std::string_view tag, std::string_view name, std::string_view inner) {
+  return fmt::format("<{0}><SHORT-NAME>{1}</SHORT-NAME>{2}</{0}>\n", tag, name, inner);
+}
+
+/// Two lists of 200, of which one is copied for each element of the other.
+constexpr unsigned listed = 200;
+constexpr std::size_t copied = 5'000;
+constexpr const char* told_copies =
+    "what several elements refer to is copied for each of them, and up to here these are more than 5000 "
+    "members, arguments, enumerators and errors";
+
+std::string listed_events(std::string_view type) {
+  return "<EVENTS>" + list_of(listed, [&](unsigned i) { return event(fmt::format("e{}", i), type); }) +
+         "</EVENTS>";
+}
+
+std::string many_deployments() {
+  return list_of(listed,
+                 [](unsigned i) {
+                   return element("SOMEIP-SERVICE-INTERFACE-DEPLOYMENT", fmt::format("D{}", i),
+                                  "<SERVICE-INTERFACE-REF DEST=\"SERVICE-INTERFACE\">/P/Door"
+                                  "</SERVICE-INTERFACE-REF>");
+                 }) +
+         service(listed_events("/x/uint8"));
+}
+
+std::string many_errors() {
+  return service("<METHODS>" +
+                 list_of(listed,
+                         [](unsigned i) {
+                           return element("CLIENT-SERVER-OPERATION", fmt::format("m{}", i),
+                                          "<POSSIBLE-AP-ERROR-SET-REFS><POSSIBLE-AP-ERROR-SET-REF "
+                                          "DEST=\"X\">/P/Set</POSSIBLE-AP-ERROR-SET-REF>"
+                                          "</POSSIBLE-AP-ERROR-SET-REFS>");
+                         }) +
+                 "</METHODS>") +
+         element("AP-APPLICATION-ERROR-SET", "Set",
+                 "<AP-APPLICATION-ERROR-REFS>" + list_of(listed, [](unsigned i) {
+                   return fmt::format(
+                       "<AP-APPLICATION-ERROR-REF DEST=\"X\">/P/E{}"
+                       "</AP-APPLICATION-ERROR-REF>",
+                       i);
+                 }) + "</AP-APPLICATION-ERROR-REFS>");
+}
+
+/// A structure of which each event has one member by rules of its own.
+std::string many_variants() {
+  const std::string members = list_of(listed, [](unsigned i) {
+    return element(
+        "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT", fmt::format("m{}", i),
+        "<CATEGORY>TYPE_REFERENCE</CATEGORY><TYPE-REFERENCE><TYPE-REFERENCE-REF DEST=\"X\">/x/String"
+        "</TYPE-REFERENCE-REF></TYPE-REFERENCE>");
+  });
+  const std::string rules = list_of(listed, [](unsigned i) {
+    return element("SOMEIP-DATA-PROTOTYPE-TRANSFORMATION-PROPS", fmt::format("o{}", i),
+                   fmt::format("<DATA-PROTOTYPES><DATA-PROTOTYPE-IN-SERVICE-INTERFACE-REF>"
+                               "<ELEMENT-IN-IMPL-DATATYPE><ROOT-DATA-PROTOTYPE-REF DEST=\"X\">/P/Door/e{0}"
+                               "</ROOT-DATA-PROTOTYPE-REF><TARGET-DATA-PROTOTYPE-REF DEST=\"X\">/P/T/m{0}"
+                               "</TARGET-DATA-PROTOTYPE-REF></ELEMENT-IN-IMPL-DATATYPE>"
+                               "</DATA-PROTOTYPE-IN-SERVICE-INTERFACE-REF></DATA-PROTOTYPES>"
+                               "<SOMEIP-TRANSFORMATION-PROPS-REF DEST=\"X\">/P/Set/Short"
+                               "</SOMEIP-TRANSFORMATION-PROPS-REF>",
+                               i));
+  });
+  return element("STD-CPP-IMPLEMENTATION-DATA-TYPE", "T",
+                 "<CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>" + members + "</SUB-ELEMENTS>") +
+         element("TRANSFORMATION-PROPS-SET", "Set",
+                 "<TRANSFORMATION-PROPSS>" +
+                     element("AP-SOMEIP-TRANSFORMATION-PROPS", "Short",
+                             "<SIZE-OF-STRING-LENGTH-FIELD>1</SIZE-OF-STRING-LENGTH-FIELD>") +
+                     "</TRANSFORMATION-PROPSS>") +
+         service(listed_events("/P/T")) + rules;
+}
+
+std::string texts_of_values() {
+  return element("COMPU-METHOD", "C",
+                 "<CATEGORY>TEXTTABLE</CATEGORY><COMPU-INTERNAL-TO-PHYS><COMPU-SCALES>" +
+                     list_of(listed,
+                             [](unsigned i) {
+                               return fmt::format(
+                                   "<COMPU-SCALE><LOWER-LIMIT>{0}</LOWER-LIMIT><UPPER-LIMIT>{0}"
+                                   "</UPPER-LIMIT><COMPU-CONST><VT>V{0}</VT></COMPU-CONST>"
+                                   "</COMPU-SCALE>",
+                                   i);
+                             }) +
+                     "</COMPU-SCALES></COMPU-INTERNAL-TO-PHYS>");
+}
+
+/// Members, or types, that all have the names of one COMPU-METHOD.
+std::string many_with_texts(std::string_view tag) {
+  return list_of(listed, [&](unsigned i) {
+    return element(
+        tag, fmt::format("m{}", i),
+        "<CATEGORY>VALUE</CATEGORY>" + props("<BASE-TYPE-REF DEST=\"X\">/P/u16</BASE-TYPE-REF>"
+                                             "<COMPU-METHOD-REF DEST=\"X\">/P/C</COMPU-METHOD-REF>"));
+  });
+}
+
+TEST(Bounds, RefuseWhatIsCopiedAgainAndAgainInArxml) {
+  for (const std::string& text :
+       {many_deployments(), many_errors(), many_variants(),
+        std::string{base_types} + texts_of_values() + many_with_texts("IMPLEMENTATION-DATA-TYPE")}) {
+    const Reading reading = read_texts({arxml(text)}, {.max_copies = copied});
+    ASSERT_THAT(reading.problems, Contains(testing::Field(&documents::Problem::text, told_copies)))
+        << text.substr(0, 100) << problems_of(reading);
+    const auto told = std::ranges::find(reading.problems, told_copies, &documents::Problem::text);
+    EXPECT_GT(told->mark.line, 1);
+    EXPECT_TRUE(read_texts({arxml(text)}).ok()) << problems_of(read_texts({arxml(text)}));
+  }
+}
+
+TEST(Bounds, BuildAnEnumerationOfManyMembersOnce) {
+  const std::string text =
+      std::string{base_types} + texts_of_values() +
+      element("IMPLEMENTATION-DATA-TYPE", "T",
+              "<CATEGORY>STRUCTURE</CATEGORY><SUB-ELEMENTS>" +
+                  many_with_texts("IMPLEMENTATION-DATA-TYPE-ELEMENT") + "</SUB-ELEMENTS>") +
+      service(listed_events("/P/T"));
+  const Reading reading = read_texts({arxml(text)}, {.max_copies = 0});
+  EXPECT_TRUE(reading.ok()) << problems_of(reading);
+  EXPECT_THAT(reading.model.types, SizeIs(2));
+}
+
+TEST(Bounds, RefuseLongPathsInArxml) {
+  const std::string name(1000, 'p');
+  std::string text = element("STD-CPP-IMPLEMENTATION-DATA-TYPE", "T", "<CATEGORY>VALUE</CATEGORY>");
+  for (int deep = 0; deep < 4; ++deep) {
+    text = deep == 0 ? element("AR-PACKAGE", name, "<ELEMENTS>" + text + "</ELEMENTS>")
+                     : element("AR-PACKAGE", name, "<AR-PACKAGES>" + text + "</AR-PACKAGES>");
+  }
+  const Reading reading =
+      read_texts({std::string{arxml_head} + "<AR-PACKAGES>" + text + "</AR-PACKAGES></AUTOSAR>"});
+  EXPECT_THAT(problems_of(reading),
+              HasSubstr("the path of this element has 4004 bytes; expected at most 4000"));
+}
+
+TEST(Bounds, RefuseWhatIsCopiedAgainAndAgainInFidl) {
+  const std::string fidl =
+      "package v\ninterface V { version { major 1 minor 0 }\nstruct S {\n" +
+      list_of(listed, [](unsigned i) { return fmt::format("String m{}\n", i); }) + "}\n" +
+      list_of(listed, [](unsigned i) { return fmt::format("attribute S a{}\n", i); }) + "}\n";
+  const std::string fdepl =
+      "import \"CommonAPI-4-SOMEIP_deployment_spec.fdepl\"\nimport \"V.fidl\"\n"
+      "define org.genivi.commonapi.someip.deployment for interface v.V { SomeIpServiceID = 1\n" +
+      list_of(listed,
+              [](unsigned i) {
+                return fmt::format(
+                    "attribute a{0} {{ #struct {{ m{0} {{ SomeIpStringLengthWidth = 1 }} }} }}\n", i);
+              }) +
+      "}\n";
+  const std::vector<SourceText> files{{"V.fidl", fidl}, {"V.fdepl", fdepl}};
+  EXPECT_TRUE(read_fidl(files).ok());
+  const Reading reading = read_fidl(files, {}, {.copies = copied});
+  const auto told = std::ranges::find(reading.problems, told_copies, &documents::Problem::text);
+  ASSERT_NE(told, reading.problems.end()) << problems_of(reading);
+  EXPECT_EQ(told->file, "V.fdepl");
+  EXPECT_EQ(told->mark.line, 3 + 26);  // 25 structures of 200 members are no more than 5000
 }
 
 TEST(Bounds, CountTheConstantsOfEnumerations) {

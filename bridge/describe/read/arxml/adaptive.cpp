@@ -20,6 +20,32 @@ namespace {
   return out;
 }
 
+/// Of a service, as Copies counts.
+[[nodiscard]] std::size_t parts_of(const Service& service) {
+  std::size_t parts = Copies::of_text(service.notes);
+  const auto add = [&](const Notes& notes, std::initializer_list<const Payload*> payloads) {
+    parts += Copies::of_member + Copies::of_text(notes);
+    for (const Payload* const payload : payloads) {
+      for (const Value& value : payload->values) {
+        parts += 1 + Copies::of_text(value.notes);
+      }
+    }
+  };
+  for (const Event& event : service.events) {
+    add(event.notes, {&event.payload});
+  }
+  for (const Field& field : service.fields) {
+    add(field.notes, {&field.payload});
+  }
+  for (const Method& method : service.methods) {
+    add(method.notes, {&method.request, &method.response});
+    for (const std::string& error : method.application_errors) {
+      parts += 1 + Copies::of_text(error.size());
+    }
+  }
+  return parts;
+}
+
 }  // namespace
 
 std::optional<std::uint32_t> number_in(const Node* node, std::uint32_t least, std::uint32_t most,
@@ -60,13 +86,18 @@ void Adaptive::read() {
     if (list.empty()) {
       read_service(interface, nullptr, false);
     }
+    std::size_t parts = 0;
     for (const Node* const deployment : list) {
       if (deployment != list.front()) {
+        if (!copies_.take(deployment->place(), parts)) {
+          break;
+        }
         problems_.warning(deployment->place(), Tree::path(interface) +
                                                    " is deployed more than once: the service of " +
                                                    Tree::path(deployment) + " gets the name of that");
       }
       read_service(interface, deployment, deployment != list.front());
+      parts = deployment == list.front() && list.size() > 1 ? parts_of(model_.services.back()) : parts;
     }
   }
   for (const Node* const deployment : alone) {
@@ -267,8 +298,12 @@ Method Adaptive::read_method(const Node& operation) {
   each_in(&operation, "POSSIBLE-ERROR-REFS"_tag, "POSSIBLE-ERROR-REF"_tag, add_error);
   each_in(&operation, "POSSIBLE-AP-ERROR-SET-REFS"_tag, "POSSIBLE-AP-ERROR-SET-REF"_tag,
           [&](const Node& reference) {
-            each_in(tree_.resolve(reference), "AP-APPLICATION-ERROR-REFS"_tag, "AP-APPLICATION-ERROR-REF"_tag,
-                    add_error);
+            each_in(copies_.full() ? nullptr : tree_.resolve(reference), "AP-APPLICATION-ERROR-REFS"_tag,
+                    "AP-APPLICATION-ERROR-REF"_tag, [&](const Node& error) {
+                      if (copies_.take(reference.place(), 1 + Copies::of_text(error.text.size()))) {
+                        add_error(error);
+                      }
+                    });
           });
   return method;
 }

@@ -19,11 +19,12 @@ struct SaidProtection {
 /// Service interfaces, SOME/IP deployments, instances and machines of the Adaptive Platform.
 class Adaptive {
  public:
-  Adaptive(const Tree& tree, Problems& problems, const Contexts& contexts, Types& types,
+  Adaptive(const Tree& tree, Problems& problems, const Contexts& contexts, Copies& copies, Types& types,
            const ArxmlOptions& options, Model& model)
       : tree_{tree},
         problems_{problems},
         contexts_{contexts},
+        copies_{copies},
         types_{types},
         options_{options},
         model_{model} {}
@@ -71,6 +72,7 @@ class Adaptive {
   const Tree& tree_;
   Problems& problems_;
   const Contexts& contexts_;
+  Copies& copies_;
   Types& types_;
   const ArxmlOptions& options_;
   Model& model_;

@@ -38,6 +38,10 @@ struct ArxmlOptions {
   std::size_t max_tag_bytes = std::size_t{8} << 20U;
   /// Types of the model; the same one with other wire rules counts again.
   std::size_t max_types = 200'000;
+  /// Of members, arguments, enumerators and errors: read/copies.hpp.
+  std::size_t max_copies = 1'000'000;
+  /// Of the path of an element, which each type and service has. Real ones have less than 500.
+  std::size_t max_path_bytes = 4000;
 };
 
 /// What all files together say; references may go from any file to any other. Errors: XML that is broken, cut

@@ -552,7 +552,8 @@ void Classic::read_identifier(const Node& identifier, std::optional<Transport> t
   }
   const auto add_instances = [&](const Node* at) {
     const auto service = static_cast<someip::ServiceId>(static_cast<std::uint16_t>(*id >> 16U));
-    if (const auto found = instance_ids_.find({at, service}); found != instance_ids_.end()) {
+    const auto found = instance_ids_.find({at, service});
+    if (found != instance_ids_.end() && copies_.take(identifier.place(), found->second.size() / 2)) {
       message.instances.insert(found->second.begin(), found->second.end());
     }
   };
@@ -564,7 +565,7 @@ void Classic::read_identifier(const Node& identifier, std::optional<Transport> t
     const Node* const routing_group = tree_.resolve(reference);
     add_instances(routing_group);
     const auto found = group_ids_.find(routing_group);
-    if (found != group_ids_.end()) {
+    if (found != group_ids_.end() && copies_.take(reference.place(), found->second.size() / 2)) {
       for (const someip::EventgroupId group : found->second) {
         add_once(message.groups, group);
       }
@@ -801,6 +802,9 @@ void Classic::make_event(Service& here, const Message& message, const Node* sign
   contexts_.fill(event.payload, context);
   if (prototype != nullptr) {
     event.notes = notes_beside(*prototype);
+    if (!copies_.take(event.place, Copies::of_text(event.notes))) {
+      event.notes = {};
+    }
   }
   if (prototype != nullptr && prototype->tag != "TRIGGER"_tag) {
     event.payload.values.push_back(types_.value(*prototype, context));
@@ -909,6 +913,19 @@ void Classic::make_method(Service& here, const Message& message, const Node* sig
   const Context context = context_of(signal);
   contexts_.fill(payload, context);
   payload.known = true;
+  // Messages of several services may be of one operation.
+  if (is_new && !used_operations_.insert(operation).second) {
+    std::size_t parts = Copies::of_member + Copies::of_text(method->notes);
+    each_in(operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node&) { parts += 2; });
+    each_in(operation, "POSSIBLE-ERROR-REFS"_tag, "POSSIBLE-ERROR-REF"_tag,
+            [&](const Node& error) { parts += 1 + Copies::of_text(error.text.size()); });
+    if (!copies_.take(method->place, parts)) {
+      return;
+    }
+  }
+  if (copies_.full()) {
+    return;
+  }
   each_in(operation, "ARGUMENTS"_tag, "ARGUMENT-DATA-PROTOTYPE"_tag, [&](const Node& argument) {
     const std::string_view direction = argument.child_text("DIRECTION"_tag);
     const bool in_answer = direction == "OUT" || direction == "INOUT";

@@ -15,8 +15,14 @@ namespace trestle::describe::arxml {
 /// Messages are found by their HEADER-IDs, which are whole Message IDs.
 class Classic {
  public:
-  Classic(const Tree& tree, Problems& problems, Types& types, Contexts& contexts, Model& model)
-      : tree_{tree}, problems_{problems}, types_{types}, contexts_{contexts}, model_{model} {}
+  Classic(const Tree& tree, Problems& problems, Copies& copies, Types& types, Contexts& contexts,
+          Model& model)
+      : tree_{tree},
+        problems_{problems},
+        copies_{copies},
+        types_{types},
+        contexts_{contexts},
+        model_{model} {}
 
   void read();
 
@@ -80,6 +86,7 @@ class Classic {
 
   const Tree& tree_;
   Problems& problems_;
+  Copies& copies_;
   Types& types_;
   Contexts& contexts_;
   Model& model_;
@@ -106,6 +113,7 @@ class Classic {
   std::map<std::pair<someip::ServiceId, someip::MethodId>, std::vector<SaidProtection>> said_of_events_{};
   std::map<std::pair<someip::ServiceId, someip::MethodId>, SaidOfCalls> said_of_methods_{};
   std::map<std::uint32_t, std::vector<Message>> messages_{};
+  std::set<const Node*> used_operations_{};
 };
 
 }  // namespace trestle::describe::arxml

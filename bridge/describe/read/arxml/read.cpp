@@ -23,10 +23,11 @@ Reading read_arxml(std::span<ArxmlInput> inputs, const ArxmlOptions& options) {
     // References to what is in a file that cannot be read would be wrong as well.
     if (complete) {
       tree.join();
+      Copies copies{problems, options.max_copies};
       arxml::Contexts contexts{tree, problems};
-      arxml::Types types{tree, problems, contexts, options, model};
-      arxml::Adaptive{tree, problems, contexts, types, options, model}.read();
-      arxml::Classic{tree, problems, types, contexts, model}.read();
+      arxml::Types types{tree, problems, contexts, copies, options, model};
+      arxml::Adaptive{tree, problems, contexts, copies, types, options, model}.read();
+      arxml::Classic{tree, problems, copies, types, contexts, model}.read();
       types.read_all();
       if (contexts.has_tags({})) {
         arxml::find_tagged_lengths(model, problems);

@@ -604,11 +604,18 @@ void Tree::join() {
     merge_children(root_, *top);
   }
   by_tag_.resize(vocabulary.size());
-  index(root_, &root_);
+  index(root_, &root_, 0);
 }
 
-void Tree::index(Node& node, Node* named) {
+void Tree::index(Node& node, Node* named, std::size_t path_bytes) {
   for (Node* child = node.first_child; child != nullptr; child = child->next) {
+    const std::size_t bytes = path_bytes + child->name.size() + (child->name.empty() ? 0 : 1);
+    if (bytes > options_.max_path_bytes) {
+      problems_.error(child->place(), "the path of this element has " + std::to_string(bytes) +
+                                          " bytes; expected at most " +
+                                          std::to_string(options_.max_path_bytes));
+      continue;
+    }
     by_tag_[static_cast<std::size_t>(child->tag)].push_back(child);
     if (child->tag == "REFERENCE-BASES"_tag) {
       reference_bases_.emplace(&node, child);
@@ -625,7 +632,7 @@ void Tree::index(Node& node, Node* named) {
         }
       }
     }
-    index(*child, inner);
+    index(*child, inner, bytes);
   }
 }
 

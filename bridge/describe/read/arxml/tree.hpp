@@ -100,7 +100,7 @@ class Tree {
   struct Siblings;
   static void merge_children(Node& into, Node& from);
   static void absorb(Node& into, Node& child, Siblings& siblings);
-  void index(Node& node, Node* named);
+  void index(Node& node, Node* named, std::size_t path_bytes);
   std::string_view keep(std::string_view text);
 
   const ArxmlOptions& options_;

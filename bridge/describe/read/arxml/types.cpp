@@ -52,6 +52,40 @@ constexpr int max_type_depth = 64;
          std::ranges::equal(a.enumerators, b.enumerators, same_enumerator);
 }
 
+/// Of what same() compares, as far as variants of one type differ in it.
+[[nodiscard]] std::size_t hash_of(const Type& type) {
+  std::size_t hash = 0;
+  const auto add = [&hash](const auto& part) {
+    const std::size_t own = std::hash<std::decay_t<decltype(part)>>{}(part);
+    hash ^= own + 0x9e3779b9U + (hash << 6U) + (hash >> 2U);
+  };
+  const auto add_number = [&add](const auto& number) {
+    add(number ? static_cast<std::int64_t>(*number) : std::int64_t{-1});
+  };
+  const auto add_use = [&](const Value& value) {
+    add(static_cast<std::uint32_t>(value.type));
+    add(static_cast<std::uint32_t>(value.wire.length) * 64U +
+        static_cast<std::uint32_t>(value.wire.selector) * 8U +
+        static_cast<std::uint32_t>(value.wire.encoding));
+    add(value.wire.fixed_bytes);
+    add_number(value.tag);
+    add(value.wire.byte_order == std::endian::little);
+  };
+  add(static_cast<std::uint32_t>(type.kind) * 64U + static_cast<std::uint32_t>(type.primitive));
+  add_number(type.invalid_value);
+  add_number(type.minimum);
+  add_number(type.maximum);
+  add(type.min_size);
+  add(type.max_size);
+  add_use({.wire = type.wire});
+  add_use(type.element);
+  add_use(type.key);
+  for (const Value& member : type.members) {
+    add_use(member);
+  }
+  return hash;
+}
+
 /// Bounds of a number's type.
 [[nodiscard]] std::pair<std::int64_t, std::int64_t> range(Primitive primitive) noexcept {
   switch (primitive) {
@@ -122,9 +156,14 @@ std::string identifier(std::string_view text) {
   return out;
 }
 
-Types::Types(const Tree& tree, Problems& problems, const Contexts& contexts, const ArxmlOptions& options,
-             Model& model)
-    : tree_{tree}, problems_{problems}, contexts_{contexts}, options_{options}, model_{model} {
+Types::Types(const Tree& tree, Problems& problems, const Contexts& contexts, Copies& copies,
+             const ArxmlOptions& options, Model& model)
+    : tree_{tree},
+      problems_{problems},
+      contexts_{contexts},
+      copies_{copies},
+      options_{options},
+      model_{model} {
   for (const Node* const map : tree.all("DATA-TYPE-MAP"_tag)) {
     const Node* const application = tree.follow(map, "APPLICATION-DATA-TYPE-REF"_tag);
     const Node* const implementation = tree.follow(map, "IMPLEMENTATION-DATA-TYPE-REF"_tag);
@@ -144,7 +183,8 @@ Value Types::value(const Node& prototype, const Context& context) {
   Frame frame{.rules = context.rules, .base = context.rules, .context = &context, .trail = &trail};
   const Context& own = contexts_.of(&prototype);
   Context joint;
-  if (&own != &context && !own.overrides.empty()) {
+  if (&own != &context && !own.overrides.empty() &&
+      copies_.take(prototype.place(), context.overrides.size() / 4)) {
     // An argument's own rules beside those of its method.
     joint = context;
     joint.overrides = own.overrides;
@@ -228,7 +268,11 @@ Value Types::by_reference(const Node& holder, const Node* reference, const Frame
     return primitive(Primitive::uint8, frame);
   }
   if (const Node* const type = tree_.resolve(*reference); type != nullptr) {
-    return build(*type, frame);
+    Value value = build(*type, frame);
+    if (!copies_.take(reference->place(), Copies::of_text(value.notes))) {
+      value.notes = {};
+    }
+    return value;
   }
   if (!is_standard(reference->text)) {
     problems_.error(reference->place(), "the type " + std::string{reference->text} +
@@ -261,17 +305,17 @@ Value Types::standard(std::string_view path, const Frame& frame) {
 // --- keeping types ----------------------------------------------------------------------------------------
 
 TypeIndex Types::keep(const Node* node, Type type) {
-  std::vector<TypeIndex>& others = variants_[node];
+  NamedVariants& known = variants_[node];
+  std::vector<TypeIndex>& others = known.all[hash_of(type)];
   for (const TypeIndex index : others) {
     if (same(model_.at(index), type)) {
       return index;
     }
   }
-  if (!others.empty()) {
-    type.variant_of = others.front();
-  }
+  type.variant_of = known.first;
   const TypeIndex index = model_.add(std::move(type));
   others.push_back(index);
+  known.first = known.first == no_type ? index : known.first;
   return index;
 }
 
@@ -301,11 +345,7 @@ Value Types::unnamed(Type type, const Frame& frame) {
   Value value;
   value.wire = lay_out(type, frame);
   type.wire = value.wire;
-  const std::string key = std::to_string(static_cast<int>(type.kind)) + ' ' +
-                          std::to_string(static_cast<int>(type.primitive)) + ' ' +
-                          std::to_string(static_cast<std::uint32_t>(type.element.type)) + ' ' +
-                          std::to_string(type.max_size);
-  std::vector<TypeIndex>& others = unnamed_[key];
+  std::vector<TypeIndex>& others = unnamed_[hash_of(type)];
   for (const TypeIndex index : others) {
     if (same(model_.at(index), type)) {
       value.type = index;
@@ -551,7 +591,23 @@ Value Types::named_alias(const Node& node, const Value& target, Notes notes) {
   return value;
 }
 
-Notes Types::notes_of(const Node& node) const {
+/// Whether the members of a structure or choice may be made once more, for other rules than those before.
+bool Types::may_build_again(const Node& node) {
+  if (!variants_.contains(&node)) {
+    return true;
+  }
+  std::size_t members = 0;
+  for (const Tag list : {"SUB-ELEMENTS"_tag, "ELEMENTS"_tag, "TEMPLATE-ARGUMENTS"_tag}) {
+    each_child(copies_.full() ? nullptr : &node, list, [&](const Node& parts) {
+      for (const Node* part = parts.first_child; part != nullptr; part = part->next) {
+        ++members;
+      }
+    });
+  }
+  return copies_.take(node.place(), members);
+}
+
+Notes Types::notes_of(const Node& node) {
   Notes notes = notes_beside(node);
   const Node* const properties = properties_of(node);
   const Node* unit = tree_.follow(properties, "UNIT-REF"_tag);
@@ -560,7 +616,9 @@ Notes Types::notes_of(const Node& node) const {
   }
   if (unit != nullptr) {
     const std::string_view shown = unit->child_text("DISPLAY-NAME"_tag);
-    notes.unit = shown.empty() ? unit->name : shown;
+    if (copies_.take(node.place(), Copies::of_text(shown.size()))) {
+      notes.unit = shown.empty() ? unit->name : shown;
+    }
   }
   return notes;
 }
@@ -623,8 +681,8 @@ std::optional<Primitive> Types::base_type(const Node* base) {
   return is_signed ? Primitive::int64 : Primitive::uint64;
 }
 
-/// Limits, invalid value, unit and scale of a number.
-void Types::add_numbers(const Node& node, const Node* implementation, Type& type, Notes& notes) {
+/// Limits and invalid value of an integer.
+void Types::add_limits(const Node& node, const Node* implementation, Type& type) const {
   for (const Node* const one : {&node, implementation}) {
     const Node* const properties = one == nullptr ? nullptr : properties_of(*one);
     if (properties == nullptr) {
@@ -652,16 +710,42 @@ void Types::add_numbers(const Node& node, const Node* implementation, Type& type
       type.invalid_value = integer(invalid->child_text("VALUE"_tag));
     }
   }
+}
+
+/// Limits, invalid value, unit and scale of a number.
+void Types::add_numbers(const Node& node, const Node* implementation, Type& type, Notes& notes) {
+  add_limits(node, implementation, type);
   const Node* const method = compu_method(node, implementation);
   if (method == nullptr) {
     return;
   }
-  if (const Node* const unit = tree_.follow(method, "UNIT-REF"_tag); unit != nullptr && notes.unit.empty()) {
+  const Notes& computed = computation_of(*method);
+  if (!copies_.take(node.place(), Copies::of_text(computed))) {
+    return;
+  }
+  if (notes.unit.empty()) {
+    notes.unit = computed.unit;
+  }
+  for (const auto& [key, text] : computed.others) {
+    notes.others.insert_or_assign(key, text);
+  }
+}
+
+/// What a COMPU-METHOD says of numbers: their unit, "scale", "offset", "divisor" and "texts".
+const Notes& Types::computation_of(const Node& method) {
+  const auto [known, is_new] = computations_.try_emplace(&method);
+  Notes& notes = known->second;
+  if (!is_new) {
+    return notes;
+  }
+  if (const Node* const unit = tree_.follow(&method, "UNIT-REF"_tag); unit != nullptr) {
     const std::string_view shown = unit->child_text("DISPLAY-NAME"_tag);
-    notes.unit = shown.empty() ? unit->name : shown;
+    if (copies_.take(method.place(), Copies::of_text(shown.size()))) {
+      notes.unit = shown.empty() ? unit->name : shown;
+    }
   }
   std::string texts;
-  each_in(method->child("COMPU-INTERNAL-TO-PHYS"_tag), "COMPU-SCALES"_tag, "COMPU-SCALE"_tag,
+  each_in(method.child("COMPU-INTERNAL-TO-PHYS"_tag), "COMPU-SCALES"_tag, "COMPU-SCALE"_tag,
           [&](const Node& scale) {
             const Node* const factors = scale.child("COMPU-RATIONAL-COEFFS"_tag);
             if (factors != nullptr) {
@@ -686,6 +770,7 @@ void Types::add_numbers(const Node& node, const Node* implementation, Type& type
   if (!texts.empty()) {
     notes.others["texts"] = texts;
   }
+  return notes;
 }
 
 Value Types::build_enumeration(const Node& node, const Node& method, Primitive primitive,
@@ -693,6 +778,21 @@ Value Types::build_enumeration(const Node& node, const Node& method, Primitive p
   const bool own = !to_string(node.tag).ends_with("-ELEMENT");
   Type type{.kind = Kind::enumeration, .primitive = primitive};
   const Node& origin = own ? node : method;
+  add_limits(node, frame.implementation, type);
+  type.minimum.reset();
+  type.maximum.reset();
+  const EnumerationKey key{&origin, &method, primitive, type.invalid_value, lay_out(type, frame).byte_order};
+  if (const auto known = enumerations_.find(key); known != enumerations_.end()) {
+    return known->second;
+  }
+  if (!used_texts_.insert(&method).second) {
+    std::size_t enumerators = 0;
+    each_in(copies_.full() ? nullptr : method.child("COMPU-INTERNAL-TO-PHYS"_tag), "COMPU-SCALES"_tag,
+            "COMPU-SCALE"_tag, [&](const Node&) { ++enumerators; });
+    if (!copies_.take(node.place(), enumerators)) {
+      return this->primitive(primitive, frame);
+    }
+  }
   type.name = origin.name;
   type.scope = Tree::scope(origin);
   type.notes = notes_of(origin);
@@ -723,11 +823,9 @@ Value Types::build_enumeration(const Node& node, const Node& method, Primitive p
             enumerator.place = scale.place();
             type.enumerators.push_back(std::move(enumerator));
           });
-  Notes ignored;
-  add_numbers(node, frame.implementation, type, ignored);
-  type.minimum.reset();
-  type.maximum.reset();
-  return named(origin, std::move(type), frame);
+  Value value = named(origin, std::move(type), frame);
+  enumerations_.emplace(key, value);
+  return value;
 }
 
 }  // namespace trestle::describe::arxml

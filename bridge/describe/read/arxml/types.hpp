@@ -7,6 +7,7 @@
 
 #include "bridge/describe/read/arxml/rules.hpp"
 #include "bridge/describe/read/arxml/tree.hpp"
+#include "bridge/describe/read/copies.hpp"
 
 namespace trestle::describe::arxml {
 
@@ -14,8 +15,8 @@ namespace trestle::describe::arxml {
 /// first one.
 class Types {
  public:
-  Types(const Tree& tree, Problems& problems, const Contexts& contexts, const ArxmlOptions& options,
-        Model& model);
+  Types(const Tree& tree, Problems& problems, const Contexts& contexts, Copies& copies,
+        const ArxmlOptions& options, Model& model);
 
   /// The value of an event, field, argument or data element, by its TYPE-TREF.
   [[nodiscard]] Value value(const Node& prototype, const Context& context);
@@ -36,6 +37,15 @@ class Types {
     int depth = 0;
   };
   using Key = std::tuple<const Node*, const Node*, std::uint64_t, std::uint64_t, std::size_t>;
+  /// Whose name it has, the COMPU-METHOD, and what else makes it another one.
+  using EnumerationKey = std::tuple<const Node*, const Node*, messages::Primitive,
+                                    std::optional<std::int64_t>, std::optional<std::endian>>;
+  /// Types of one element, or without a name, by hash_of(): many rules make many variants.
+  using Variants = std::unordered_map<std::size_t, std::vector<TypeIndex>>;
+  struct NamedVariants {
+    TypeIndex first = no_type;
+    Variants all{};
+  };
 
   [[nodiscard]] Value by_reference(const Node& holder, const Node* reference, const Frame& frame);
   [[nodiscard]] Value standard(std::string_view path, const Frame& frame);
@@ -66,21 +76,28 @@ class Types {
   [[nodiscard]] std::optional<messages::Primitive> base_type(const Node* base);
   [[nodiscard]] const Node* implementation_of(const Node& application) const;
   [[nodiscard]] const Node* compu_method(const Node& node, const Node* implementation) const;
-  [[nodiscard]] Notes notes_of(const Node& node) const;
+  [[nodiscard]] Notes notes_of(const Node& node);
+  [[nodiscard]] bool may_build_again(const Node& node);
+  [[nodiscard]] const Notes& computation_of(const Node& method);
+  void add_limits(const Node& node, const Node* implementation, Type& type) const;
   void add_numbers(const Node& node, const Node* implementation, Type& type, Notes& notes);
   [[nodiscard]] Frame inside(const Frame& frame) const;
 
   const Tree& tree_;
   Problems& problems_;
   const Contexts& contexts_;
+  Copies& copies_;
   const ArxmlOptions& options_;
   Model& model_;
   std::map<const Node*, const Node*> implementations_{};  ///< DATA-TYPE-MAPs
   std::map<Key, Value> built_{};
   std::map<std::vector<const Node*>, std::size_t> tag_set_numbers_{};
   std::set<const Node*> active_{};
-  std::map<const Node*, std::vector<TypeIndex>> variants_{};
-  std::unordered_map<std::string, std::vector<TypeIndex>> unnamed_{};
+  std::map<const Node*, NamedVariants> variants_{};
+  Variants unnamed_{};
+  std::map<EnumerationKey, Value> enumerations_{};
+  std::set<const Node*> used_texts_{};           ///< COMPU-METHODs that an enumeration has
+  std::map<const Node*, Notes> computations_{};  ///< by COMPU-METHOD
   std::size_t built_count_ = 0;
   bool full_ = false;
 };

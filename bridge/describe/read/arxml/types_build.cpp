@@ -336,6 +336,9 @@ void tell_apart(std::vector<Value>& members, Problems& problems) {
 }  // namespace
 
 Value Types::build_members(const Node& node, const Frame& frame, Kind kind) {
+  if (!may_build_again(node)) {
+    return primitive(Primitive::uint8, frame);
+  }
   Type type{.kind = kind};
   type.notes = notes_of(node);
   for (const Tag tag : {"IMPLEMENTATION-DATA-TYPE-ELEMENT"_tag, "CPP-IMPLEMENTATION-DATA-TYPE-ELEMENT"_tag}) {
@@ -377,6 +380,9 @@ Value Types::build_application(const Node& node, const Frame& frame) {
     used.implementation = mapped;
   }
   if (node.tag == "APPLICATION-RECORD-DATA-TYPE"_tag) {
+    if (!may_build_again(node)) {
+      return primitive(Primitive::uint8, frame);
+    }
     Type type{.kind = Kind::structure};
     type.notes = notes_of(node);
     // Its implementation has the same members in the same order.

@@ -116,8 +116,10 @@ void Types::build_fields(Type& type, Declared& declared, const Layers& layers, i
       type.base = this->type(*base, deep + 1);
       if (type.base != no_type) {
         for (const TypeTree* tree_of_base : line_of(*base)) {
-          for (const Variable& field : tree_of_base->fields) {
-            names.insert(field.name.text);
+          if (copies_.take(tree.name.place, tree_of_base->fields.size())) {
+            for (const Variable& field : tree_of_base->fields) {
+              names.insert(field.name.text);
+            }
           }
         }
         // Overwrites may name fields of the base.
@@ -229,8 +231,10 @@ void Types::build_enumeration(Type& type, Declared& declared, const Layers& laye
         bytes = std::max<std::int64_t>(bytes, messages::width(of_base.primitive));
         needs_sign = needs_sign || is_signed(of_base.primitive);
         for (const TypeTree* tree_of_base : line_of(*base)) {
-          for (const EnumeratorTree& enumerator : tree_of_base->enumerators) {
-            names.insert(enumerator.name.text);
+          if (copies_.take(tree.name.place, tree_of_base->enumerators.size())) {
+            for (const EnumeratorTree& enumerator : tree_of_base->enumerators) {
+              names.insert(enumerator.name.text);
+            }
           }
         }
       }

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <set>
 #include <tuple>
 
+#include "bridge/describe/read/copies.hpp"
 #include "bridge/describe/read/fidl/keys.hpp"
 #include "bridge/documents/problems.hpp"
 
@@ -150,6 +152,33 @@ void Names::declare(const FidlSource& source) {
 
 void Names::find_lines() {
   std::size_t inherited = 0;
+  std::map<const CollectionTree*, std::size_t> sizes;
+  const auto size_of = [&sizes](const CollectionTree& tree) {
+    const auto [known, is_new] = sizes.try_emplace(&tree, 0);
+    std::size_t& size = known->second;
+    const auto add = [&size](const Notes& notes, const std::vector<Variable>& in,
+                             const std::vector<Variable>& out) {
+      size += 1 + Copies::of_text(notes);
+      for (const std::vector<Variable>* const arguments : {&in, &out}) {
+        for (const Variable& argument : *arguments) {
+          size += 1 + Copies::of_text(argument.notes);
+        }
+      }
+    };
+    if (is_new) {
+      for (const AttributeTree& attribute : tree.attributes) {
+        add(attribute.value.notes, {}, {});
+      }
+      for (const MethodTree& method : tree.methods) {
+        add(method.notes, method.in, method.out);
+        size += method.own_error ? method.own_error->enumerators.size() : 0;
+      }
+      for (const BroadcastTree& broadcast : tree.broadcasts) {
+        add(broadcast.notes, {}, broadcast.out);
+      }
+    }
+    return size;
+  };
   bool told = false;
   for (Collection& collection : collections_) {
     std::set<const Collection*> seen;
@@ -171,16 +200,14 @@ void Names::find_lines() {
       }
     }
     for (const Collection* const base : collection.line) {
-      const CollectionTree& tree = *base->scope.in;
-      inherited +=
-          base == &collection ? 0 : tree.attributes.size() + tree.methods.size() + tree.broadcasts.size();
+      inherited += base == &collection ? 0 : size_of(*base->scope.in);
     }
     if (inherited > most_inherited) {
       // All of them would be copied.
       if (!told) {
-        findings_.error(
-            collection.scope.in->name.place,
-            fmt::format("interfaces have inherited more than {} members up to here", most_inherited));
+        findings_.error(collection.scope.in->name.place,
+                        fmt::format("interfaces have inherited more than {} members and arguments up to here",
+                                    most_inherited));
       }
       told = true;
       collection.line = {&collection};

@@ -63,7 +63,7 @@ Reading read_fidl(std::span<const SourceText> files, const Load& load, const Fid
   reading.model.files = sources.names;
   fidl::Names names{sources, findings};
   reading.model.files = sources.names;
-  fidl::Types types{reading.model, names, findings};
+  fidl::Types types{reading.model, names, findings, limits.copies};
   types.make_all();
   add_collections(reading.model, names, findings);
   fidl::make_services(reading.model, names, types, findings);

@@ -24,6 +24,7 @@ struct FidlLimits {
   std::size_t bytes = std::size_t{64} << 20U;
   /// Words, numbers and signs. What is made of each of them takes up to 400 bytes.
   std::size_t tokens = 5'000'000;
+  std::size_t copies = 1'000'000;  ///< of fields and enumerators: read/copies.hpp
 };
 
 /// Reads FIDL and FDEPL files, and what they import: docs/describe_fidl.md.

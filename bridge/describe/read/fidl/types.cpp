@@ -428,6 +428,10 @@ TypeIndex Types::variant(Declared& declared, const Layers& layers, int deep) {
   if (known != variants_.end()) {
     return known->second;
   }
+  const Layer& first = layers.front();
+  if (!copies_.take(first.node->place, declared.tree->fields.size() + declared.tree->enumerators.size())) {
+    return declared.type;
+  }
   Type type = build(declared, layers, deep);
   type.variant_of = declared.type;
   const TypeIndex index =

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/describe/read/copies.hpp"
 #include "bridge/describe/read/fidl/names.hpp"
 
 namespace trestle::describe::fidl {
@@ -30,7 +31,8 @@ using Layers = std::vector<Layer>;
 /// Makes the types of a model.
 class Types {
  public:
-  Types(Model& model, Names& names, Problems& findings) : model_{model}, names_{names}, findings_{findings} {}
+  Types(Model& model, Names& names, Problems& findings, std::size_t most_copies)
+      : model_{model}, names_{names}, findings_{findings}, copies_{findings, most_copies} {}
 
   /// Makes all declared types and constants.
   void make_all();
@@ -89,6 +91,7 @@ class Types {
   Model& model_;
   Names& names_;
   Problems& findings_;
+  Copies copies_;
   std::map<std::string, TypeIndex, std::less<>> basics_;
   std::map<std::string, TypeIndex, std::less<>> variants_;
   std::map<const Declared*, std::vector<std::optional<std::int64_t>>> enumerators_;
