@@ -6,6 +6,15 @@
 
 namespace trestle::describe {
 
+Contradictions::Contradictions(const Model& model, Tell tell, Tell warn)
+    : model_{model}, tell_{std::move(tell)}, warn_{std::move(warn)} {
+  for (const Instance& instance : model.instances) {
+    if (instance.observed_ttl_s) {
+      captures_.insert(instance.place.file);
+    }
+  }
+}
+
 void Contradictions::add(std::string_view element, std::string_view what, const SaidValue& first,
                          const SaidValue& second) {
   const bool one_file = first.place.file == second.place.file;
@@ -18,15 +27,19 @@ void Contradictions::add(std::string_view element, std::string_view what, const 
 
 bool Contradictions::settle(std::string_view element, std::string_view what, const SaidValue& first,
                             const SaidValue& second) {
-  const bool second_holds = is_configuration(second.place);
-  if (is_configuration(first.place) == second_holds) {
+  const Origin known = origin_of(first.place);
+  const Origin other = origin_of(second.place);
+  if (known == other) {
     add(element, what, first, second);
     return false;
   }
-  tell_once(warn_, second.place,
-            fmt::format("{} has {} {} here, but {} at {}: {}, of the configuration of vsomeip, is taken",
-                        element, what, second.value, first.value, to_string(model_, first.place),
-                        second_holds ? second.value : first.value));
+  const bool second_holds = other > known;
+  const bool has_configuration = known == Origin::configuration || other == Origin::configuration;
+  tell_once(
+      warn_, second.place,
+      fmt::format("{} has {} {} here, but {} at {}: {}, {}, is taken", element, what, second.value,
+                  first.value, to_string(model_, first.place), second_holds ? second.value : first.value,
+                  has_configuration ? "of the configuration of vsomeip" : "which was seen on the network"));
   return second_holds;
 }
 
@@ -40,6 +53,12 @@ void Contradictions::warn_of_two_hosts(std::string_view element, const SaidValue
 
 bool Contradictions::is_configuration(const Place& place) const {
   return model_.configurations.contains(place.file);
+}
+
+Contradictions::Origin Contradictions::origin_of(const Place& place) const {
+  return is_configuration(place)          ? Origin::configuration
+         : captures_.contains(place.file) ? Origin::capture
+                                          : Origin::description;
 }
 
 void Contradictions::tell_once(const Tell& tell, const Place& place, std::string text) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <set>
 #include <string>
@@ -22,16 +23,17 @@ class Contradictions {
  public:
   using Tell = std::function<void(const Place& place, std::string text)>;
 
-  /// @param model  names the files of places, and knows which are configurations of vsomeip.
+  /// @param model  names the files of places, and knows which are configurations of vsomeip, and of which
+  ///               instances a capture shows the offers.
   /// @param warn  tells of what is settled by a rule: see settle().
-  Contradictions(const Model& model, Tell tell, Tell warn)
-      : model_{model}, tell_{std::move(tell)}, warn_{std::move(warn)} {}
+  Contradictions(const Model& model, Tell tell, Tell warn);
 
   /// @param what  "the UDP port", which the value follows.
   void add(std::string_view element, std::string_view what, const SaidValue& first, const SaidValue& second);
 
-  /// The same of an address or another setting of a host. If one of the two is a configuration of vsomeip and
-  /// the other describes interfaces, that is a warning, as stacks read this setting from the first alone.
+  /// The same of an address or another setting of a host. It is a warning if one of the two is nearer to the
+  /// host: a configuration of vsomeip is what its stack reads, and a capture shows what a host did, while
+  /// other sources describe interfaces.
   /// @return whether the second value holds.
   bool settle(std::string_view element, std::string_view what, const SaidValue& first,
               const SaidValue& second);
@@ -41,6 +43,10 @@ class Contradictions {
 
   /// Whether it is in a configuration of vsomeip.
   [[nodiscard]] bool is_configuration(const Place& place) const;
+  /// Whether settle() takes neither before the other.
+  [[nodiscard]] bool are_alike(const Place& first, const Place& second) const {
+    return origin_of(first) == origin_of(second);
+  }
 
   /// Tells unless the values are the same.
   void compare(std::string_view element, std::string_view what, const SaidValue& first,
@@ -54,9 +60,12 @@ class Contradictions {
   [[nodiscard]] std::size_t count() const noexcept { return told_.size(); }
 
  private:
-  const Model& model_;
+  enum class Origin : std::uint8_t { description, capture, configuration };
+  [[nodiscard]] Origin origin_of(const Place& place) const;
   void tell_once(const Tell& tell, const Place& place, std::string text);
 
+  const Model& model_;
+  std::set<std::uint32_t> captures_{};  ///< files
   Tell tell_;
   Tell warn_;
   std::set<std::string> told_{};  ///< a request and its answer may have one setting

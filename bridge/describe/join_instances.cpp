@@ -289,7 +289,7 @@ void tell_of_addresses(std::span<Instance> instances,
       const bool second_is_configured = contradictions.is_configuration(second.place);
       if (first_is_configured && second_is_configured) {
         contradictions.warn_of_two_hosts(name_of_instance(one), first, second);
-      } else if (first_is_configured || second_is_configured) {
+      } else if (!contradictions.are_alike(first.place, second.place)) {
         InstanceJoin{**other, one, contradictions}.address();
         one.address = (*other)->address;
         one.said_at.insert_or_assign("address", said_place(**other, "address"));

@@ -391,6 +391,28 @@ TEST(Join, TakesSettingsOfHostsFromTheConfigurationOfVsomeip) {
     EXPECT_EQ(both.instances[0].udp_port, 30501);
     EXPECT_EQ(both.instances[0].multicast.at(0).group, second.multicast[0].group);
   }
+  // So it is with what was seen on the network.
+  Model seen = json;
+  seen.files = {"network:lo"};
+  seen.configurations.clear();
+  seen.instances[0].observed_ttl_s = 3;
+  for (const bool seen_first : {false, true}) {
+    Model both = seen_first ? seen : fdepl;
+    append(both, seen_first ? fdepl : seen);
+    const std::vector<documents::Problem> problems = join(both);
+    ASSERT_EQ(problems.size(), 3U);
+    for (const documents::Problem& one : problems) {
+      EXPECT_EQ(one.severity, documents::Problem::Severity::warning) << one.text;
+      EXPECT_THAT(one.text, HasSubstr("which was seen on the network, is taken"));
+    }
+    ASSERT_THAT(both.instances, SizeIs(1));
+    EXPECT_EQ(both.instances[0].address, second.address);
+    EXPECT_EQ(both.instances[0].udp_port, 30501);
+  }
+  // But a configuration says what a host does from now on.
+  seen.instances[0].address = IpAddress::v4(10, 0, 0, 4);
+  EXPECT_THAT(told_of(seen, json),
+              ElementsAre(HasSubstr("10.0.0.2, of the configuration of vsomeip, is taken")));
   // A model in JSON is no configuration.
   Model described_in_json = json;
   described_in_json.configurations.clear();
