@@ -46,6 +46,9 @@ bool is_fdepl(const std::string& name, std::string_view text) {
   return name.ends_with(".fdepl") || text.find("define ") != std::string_view::npos;
 }
 
+/// An empty file is no copy of another one.
+constexpr std::size_t least_copy_bytes = 8;
+
 class Loader {
  public:
   Loader(const Load& load, const FidlLimits& limits, Problems& findings)
@@ -68,13 +71,21 @@ class Loader {
   Problems& findings_;
   Sources sources_;
   std::map<std::string, std::uint32_t, std::less<>> files_;
-  std::vector<std::string> texts_;  ///< until they are parsed
+  std::vector<std::string> texts_;                ///< until they are parsed
+  std::map<std::string, std::uint32_t> by_text_;  ///< files
   std::vector<std::vector<std::pair<std::uint32_t, Place>>> imports_;
   std::size_t bytes_ = 0;
   TokenCount tokens_{.most = limits_.tokens};
 };
 
 std::optional<std::uint32_t> Loader::add(std::string name, std::string text, Place place) {
+  // Trees of sources have copies of files that several of their parts need.
+  if (const auto first = by_text_.find(text); first != by_text_.end()) {
+    findings_.warning(Place{first->second, {}},
+                      fmt::format("{} has the same text, and is left out", documents::quote_path(name)));
+    files_.emplace(beside("", name), first->second);
+    return first->second;
+  }
   if (texts_.size() >= limits_.files || text.size() > limits_.bytes - bytes_) {
     const std::string quoted = documents::quote_path(name);
     findings_.error(
@@ -87,6 +98,9 @@ std::optional<std::uint32_t> Loader::add(std::string name, std::string text, Pla
     return std::nullopt;
   }
   bytes_ += text.size();
+  if (text.size() >= least_copy_bytes) {
+    by_text_.emplace(text, static_cast<std::uint32_t>(texts_.size()));
+  }
   const auto index = static_cast<std::uint32_t>(texts_.size());
   files_.emplace(beside("", name), index);
   sources_.names.push_back(std::move(name));

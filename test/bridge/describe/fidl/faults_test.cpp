@@ -213,6 +213,26 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
               ::testing::Contains(HasSubstr("cannot be computed")));
 }
 
+TEST(ReadFidl, TakesCopiesOfAFileOnce) {
+  const std::string door = "package a\ninterface Door {\nversion { major 1 minor 0 }\n}\n";
+  const std::string fdepl =
+      std::string{v2} + "import \"Door.fidl\"\n" + spec + "interface a.Door { SomeIpServiceID = 7 }\n";
+  const Files files{{"x/Door.fidl", door},
+                    {"y/Door.fidl", door},
+                    {"y/Door.fdepl", fdepl},
+                    {"z/Door.fidl", door + "// Not a copy.\n"}};
+  const Reading reading = read(files, {"x/Door.fidl", "y/Door.fidl", "y/Door.fdepl"});
+  EXPECT_THAT(told(reading),
+              ElementsAre("x/Door.fidl: warning: 'y/Door.fidl' has the same text, and is left out"));
+  ASSERT_EQ(reading.model.services.size(), 1U);
+  EXPECT_EQ(reading.model.services[0].id, someip::ServiceId{7});
+  // Also one that is imported.
+  EXPECT_THAT(told(read(files, {"x/Door.fidl", "y/Door.fdepl"})),
+              ElementsAre("x/Door.fidl: warning: 'y/Door.fidl' has the same text, and is left out"));
+  EXPECT_THAT(told(read(files, {"x/Door.fidl", "z/Door.fidl"})),
+              ::testing::Contains(HasSubstr("'a.Door' is declared twice")));
+}
+
 /// Once for each specification, however often its keys are used.
 TEST(ReadFidl, TellsOfKeysOfASpecificationOfTheFilesOwn) {
   const std::string own = std::string{v2} + R"(import "I.fidl"
