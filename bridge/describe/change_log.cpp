@@ -14,9 +14,18 @@ namespace trestle::describe::comparing {
 namespace {
 
 /// What a deployment says beside the ids.
-constexpr std::array<std::string_view, 11> of_deployment{
-    "event-eventgroups", "transport", "segmentation", "collecting",  "byte-order",  "alignment",
-    "protection",        "layout",    "size-fixed",   "size-raised", "size-lowered"};
+constexpr std::array<std::string_view, 12> of_deployment{"event-eventgroups",
+                                                         "event-eventgroups-added",
+                                                         "transport",
+                                                         "segmentation",
+                                                         "collecting",
+                                                         "byte-order",
+                                                         "alignment",
+                                                         "protection",
+                                                         "layout",
+                                                         "size-fixed",
+                                                         "size-raised",
+                                                         "size-lowered"};
 
 }  // namespace
 

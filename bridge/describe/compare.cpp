@@ -356,7 +356,9 @@ class Comparison {
       }
       return all;
     };
-    log_.differs("event-eventgroups", element, list(before), list(after), old.place, now.place);
+    const bool has_more = !before.empty() && std::ranges::includes(after, before);
+    log_.differs(has_more ? "event-eventgroups-added" : "event-eventgroups", element, list(before),
+                 list(after), old.place, now.place);
   }
 
   /// Whether a capture has it: that has no segments, as it has whole messages, and does not tell what is

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "bridge/describe/compare_pairs.hpp"
@@ -37,6 +39,16 @@ std::vector<Alternative> alternatives_of(const Model& model, const Type& type) {
                                          : static_cast<std::uint32_t>(number + 1)});
   }
   return all;
+}
+
+std::set<std::string_view> names_of(const std::vector<Value>& values) {
+  std::set<std::string_view> names;
+  for (const Value& value : values) {
+    if (!value.name.empty()) {
+      names.insert(value.name);
+    }
+  }
+  return names;
 }
 
 }  // namespace
@@ -76,9 +88,13 @@ void PayloadComparison::values(const std::string& element, const std::vector<Val
     return;
   }
   const std::size_t common = std::min(old.size(), now.size());
+  const std::set<std::string_view> old_names = names_of(old);
+  const std::set<std::string_view> new_names = names_of(now);
   for (std::size_t i = 0; i < common; ++i) {
     const std::string name = path_of(element, now[i].name);
-    log_.renamed("value-renamed", name, old[i].name, now[i].name, old[i].place, now[i].place);
+    const bool has_moved = old_names.contains(now[i].name) || new_names.contains(old[i].name);
+    log_.renamed(has_moved ? "value-moved" : "value-renamed", name, old[i].name, now[i].name, old[i].place,
+                 now[i].place);
     if (old[i].tag != now[i].tag) {
       log_.add("member-tag", name, text_of(old[i].tag), text_of(now[i].tag), old[i].place, now[i].place);
     }

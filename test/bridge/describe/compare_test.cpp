@@ -135,6 +135,8 @@ const std::vector<Edit>& edits() {
       {{"event-id"}, [](Model& m) { service(m).events.front().id = someip::MethodId{0x8005}; }},
       {{"event-eventgroups"},
        [](Model& m) { service(m).events.front().eventgroups = {someip::EventgroupId{2}}; }},
+      {{"event-eventgroups-added"},
+       [](Model& m) { service(m).events.front().eventgroups.push_back(someip::EventgroupId{7}); }},
       {{"event-selective"}, [](Model& m) { service(m).events.front().selective = true; }},
       {{"event-cycle"}, [](Model& m) { service(m).events.front().cycle = std::chrono::milliseconds{20}; }},
       {{"event-cycle"}, [](Model& m) { service(m).fields.front().cycle = std::chrono::milliseconds{20}; }},
@@ -194,6 +196,8 @@ const std::vector<Edit>& edits() {
       {{"field-id"}, [](Model& m) { service(m).fields.front().getter = someip::MethodId{7}; }},
       {{"field-access-removed"}, [](Model& m) { service(m).fields.front().has_setter = false; }},
       {{"value-renamed"}, [](Model& m) { m.at(status).members[1].name = "degrees"; }},
+      {{"value-moved", "value-moved"},
+       [](Model& m) { std::swap(m.at(status).members[0].name, m.at(status).members[1].name); }},
       {{"value-appended"},
        [](Model& m) { m.at(status).members.push_back({.name = "speed", .type = number}); }},
       {{"value-appended-behind-length"},
@@ -317,6 +321,22 @@ TEST(Compare, TellsOfRequestAndAnswerByThemselves) {
   const std::vector<Change> changes = compare(door(), edited);
   ASSERT_THAT(ids(changes), ElementsAre("segmentation"));
   EXPECT_EQ(changes[0].element, "Door.open.response");
+}
+
+TEST(Compare, TellsWhatBreaksReceivers) {
+  const auto impact = [](std::string_view id) {
+    return std::ranges::find(change_rules(), id, &ChangeRule::id)->wire;
+  };
+  EXPECT_EQ(impact("value-moved"), Impact::breaking);
+  EXPECT_EQ(impact("size-raised"), Impact::breaking);
+  EXPECT_EQ(impact("size-lowered"), Impact::breaking);
+  EXPECT_EQ(impact("event-eventgroups-added"), Impact::compatible);
+  EXPECT_EQ(impact("event-eventgroups"), Impact::breaking);
+  // One that moves while another name takes its place.
+  Model edited = door();
+  edited.at(status).members[0].name = "angle";
+  edited.at(status).members[1].name = "speed";
+  EXPECT_THAT(ids(compare(door(), edited)), ElementsAre("value-moved", "value-moved"));
 }
 
 TEST(Compare, HasAnEditForEachRule) {

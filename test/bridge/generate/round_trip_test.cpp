@@ -103,7 +103,7 @@ const std::vector<Explains>& explanations() {
       {"getter, setter and notifier with different segments", {"segmentation"}},
       {"other segments of the answer", {"segmentation"}},
       {"that its first argument out is an error",
-       {"error-changed", "value-renamed", "type-changed", "value-appended"}},
+       {"error-changed", "value-renamed", "value-moved", "type-changed", "value-appended"}},
       {"that the selector of its union is before the length", {"layout"}},
       {"the fixed size of its union", {"layout"}},
       {"its # bits", {"layout"}},
