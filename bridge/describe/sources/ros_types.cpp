@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -48,6 +50,7 @@ class RosReading {
       one.service.name = taken_[one.service.scope].take(one.service.name, "");
       reading_.model.services.push_back(std::move(one.service));
     }
+    place_types();
     return std::move(reading_);
   }
 
@@ -155,7 +158,29 @@ class RosReading {
     return std::nullopt;
   }
 
+  /// Types stand in the files of their messages, as far as these are sources.
+  void place_types() {
+    Model& model = reading_.model;
+    std::map<std::string_view, std::uint32_t> files;
+    for (std::size_t i = 0; i < model.files.size(); ++i) {
+      files.emplace(model.files[i], static_cast<std::uint32_t>(i));
+    }
+    for (Type& type : model.types) {
+      const auto name = files_of_types_.find(type.ros_name);
+      const auto file = name == files_of_types_.end() ? files.end() : files.find(name->second);
+      if (file != files.end()) {
+        type.place.file = file->second;
+        for (Value& member : type.members) {
+          member.place.file = file->second;
+        }
+      }
+    }
+  }
+
   void note_used(const messages::TypeTree& tree) {
+    for (const messages::MessageDefinition& message : tree.messages) {
+      files_of_types_.emplace(message.name, message.file);
+    }
     for (documents::Problem& warning : messages::encoding_warnings(tree, told_)) {
       reading_.problems.push_back(std::move(warning));
     }
@@ -172,8 +197,9 @@ class RosReading {
   std::string place_;
   std::vector<Made> made_;
   std::set<std::string, std::less<>> used_;  ///< messages that others have in them
-  std::set<std::string> told_;               ///< files that are not UTF-8, and others that need no warning
-  std::map<std::string, FreeNames> taken_;   ///< by scope
+  std::map<std::string, std::string, std::less<>> files_of_types_;
+  std::set<std::string> told_;              ///< files that are not UTF-8, and others that need no warning
+  std::map<std::string, FreeNames> taken_;  ///< by scope
 };
 
 /// Files whose texts are there already.

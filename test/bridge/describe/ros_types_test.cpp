@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -92,6 +93,10 @@ TEST(ReadRosFiles, FindsPackagesByTheirFolders) {
   EXPECT_EQ(reading.model.services[2].scope, "ws");
   EXPECT_THAT(reading.model.services[1].methods[0].response.values, IsEmpty());
   EXPECT_EQ(reading.model.files[reading.model.services[0].place.file], "/ws/src/car_msgs/msg/Door.msg");
+  const auto window = std::ranges::find(reading.model.types, "Window", &Type::name);
+  ASSERT_NE(window, reading.model.types.end());
+  EXPECT_EQ(reading.model.files[window->place.file], "/ws/src/car_msgs/msg/Window.msg");
+  EXPECT_EQ(reading.model.files[window->members.at(0).place.file], "/ws/src/car_msgs/msg/Window.msg");
 }
 
 TEST(ReadRosFiles, TakesCommentsOfFieldsForTheirDescriptions) {

@@ -194,7 +194,7 @@ TEST(ReadVsomeip, TellsAllThatIsWrongWithPlaces) {
   const Reading reading = read_one(R"({
   "unicast": "192.168.0.300",
   "services": [
-    {"service": "0x12345", "instance": "1"},
+    {"service": "0x12345", "instance": "1", "unreliable": "y"},
     {"service": "0x1"},
     {"service": "0x2", "instance": "1", "unreliable": "x", "events": [{"event": {}}]},
     {"service": "0x2", "instance": "1"},
@@ -209,6 +209,9 @@ TEST(ReadVsomeip, TellsAllThatIsWrongWithPlaces) {
                           "config/car.json:4:17: error: expected a service id, a whole number from 1 to "
                           "65534 such as \"0x12\" or 18, "
                           "not the text '0x12345'",
+                          "config/car.json:4:59: error: expected a UDP port, a whole number from 0 to 65535 "
+                          "such as \"0x12\" or 18, "
+                          "not the text 'y'",
                           "config/car.json:5:5: error: expected a \"instance\" with its id",
                           "config/car.json:6:55: error: expected a UDP port, a whole number from 0 to 65535 "
                           "such as \"0x12\" or 18, "

@@ -335,7 +335,7 @@ class Handlers {
     node.tag = tag;
     node.file = file_;
     node.line = place.mark.line;
-    node.column = static_cast<std::uint16_t>(std::min(place.mark.column, 0xffff));
+    node.column = place.mark.column;
     for (; *attributes != nullptr; attributes += 2) {
       const std::string_view key = attributes[0];
       if (key == "BASE") {

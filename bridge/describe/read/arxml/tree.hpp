@@ -21,7 +21,7 @@ struct Node {
   Node* last_child = nullptr;
   Node* next = nullptr;
   std::int32_t line = 0;
-  std::uint16_t column = 0;
+  std::int32_t column = 0;
   std::uint16_t file = 0;
   Tag tag{};
   bool open_interval = false;  ///< INTERVAL-TYPE="OPEN"

@@ -32,10 +32,12 @@ void VsomeipReader::service(const JsonNode& node) {
                     "\" with its id");
     return;
   }
-  const auto service_id = id<someip::ServiceId>(service_node, "a service id");
+  auto service_id = id<someip::ServiceId>(service_node, "a service id");
   const auto instance_id = this->instance_id(instance_node, 0xfffe);
   if (!service_id) {
-    return;
+    // What else is wrong in it is told at once. Nothing is done with a model that has an error.
+    service_id = stand_in_;
+    stand_in_ = someip::ServiceId{static_cast<std::uint16_t>(someip::value(stand_in_) - 1)};
   }
   if (const JsonNode* protocol = node.find("protocol"); protocol != nullptr && protocol->text != "someip") {
     warning(*protocol, "a service of another protocol than \"someip\" is left out");

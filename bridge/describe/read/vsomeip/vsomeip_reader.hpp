@@ -225,6 +225,7 @@ class VsomeipReader {
   std::map<EventKey, Place> protected_at_;
   std::uint32_t file_ = 0;
   std::vector<Problems>& problems_;
+  someip::ServiceId stand_in_{0xffff};  ///< of the next service whose id is wrong
   Contradictions contradictions_{model_,
                                  [this](const Place& place, std::string text) {
                                    problems_[place.file].error(place.mark, std::move(text));
