@@ -191,6 +191,9 @@ Value Types::use_in_union(const Variable& field, const Scope& scope, const Layer
 
 void Types::build_enumeration(Type& type, Declared& declared, const Layers& layers, int deep) {
   const TypeTree& tree = *declared.tree;
+  if (tree.enumerators.empty()) {
+    findings_.warning(declared.tree->name.place, "an enumeration without enumerators: Franca refuses it");
+  }
   const std::int64_t usual_bytes = declared.version == 1 ? 4 : 1;
   std::int64_t bytes = number(layers, "EnumWidth", 0, 8).value_or(usual_bytes);
   if (bytes == 0) {

@@ -407,6 +407,14 @@ Method Maker::method(const MethodTree& tree, const Collection& from, Deployment 
           deployment.version);
   payload(method.response, tree.out, from, node == nullptr ? nullptr : node->child("out", ""),
           deployment.version);
+  for (const Variable& variable : tree.out) {
+    if (std::ranges::any_of(tree.in,
+                            [&](const Variable& in) { return in.name.text == variable.name.text; })) {
+      findings_.warning(variable.name.place,
+                        fmt::format("the argument {} is in 'in', too: Franca refuses one name in both",
+                                    documents::quote(variable.name.text)));
+    }
+  }
   find_inout(method, tree);
   rules(method.request, node, "Method");
   rules(method.response, node, "Method");

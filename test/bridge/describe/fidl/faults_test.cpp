@@ -213,6 +213,18 @@ TEST(ReadFidl, TellsPlacesOfErrorsAndWhatWasExpected) {
               ::testing::Contains(HasSubstr("cannot be computed")));
 }
 
+TEST(ReadFidl, WarnsOfWhatFrancaRefuses) {
+  const Reading reading =
+      deployed("enumeration Empty { }\nmethod m { in { UInt8 a } out { UInt8 a UInt8 b } }",
+               "method m { SomeIpMethodID = 7 }");
+  EXPECT_TRUE(reading.ok());
+  EXPECT_THAT(
+      told(reading),
+      ElementsAre("I.fidl:4:13: warning: an enumeration without enumerators: Franca refuses it",
+                  "I.fidl:5:39: warning: the argument 'a' is in 'in', too: Franca refuses one name in "
+                  "both"));
+}
+
 TEST(ReadFidl, TakesCopiesOfAFileOnce) {
   const std::string door = "package a\ninterface Door {\nversion { major 1 minor 0 }\n}\n";
   const std::string fdepl =
