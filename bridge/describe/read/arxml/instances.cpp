@@ -184,7 +184,8 @@ void Adaptive::read_machines() {
 // --- instances --------------------------------------------------------------------------------------------
 
 void Adaptive::read_instance(const Node& node, Instance::Role role) {
-  Instance instance{.role = role, .name = std::string{node.name}, .place = node.place()};
+  Instance instance{
+      .role = role, .name = std::string{node.name}, .notes = notes_beside(node), .place = node.place()};
   const Node* reference = node.child("SERVICE-INTERFACE-DEPLOYMENT-REF"_tag);
   // Until R19 the reference has the name of another one, to the interface itself.
   reference = reference == nullptr ? node.child("SERVICE-INTERFACE-REF"_tag) : reference;

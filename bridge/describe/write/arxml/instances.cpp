@@ -64,6 +64,7 @@ void Writer::write_instances() {
     Xml xml;
     xml.open(provided ? "PROVIDED-SOMEIP-SERVICE-INSTANCE" : "REQUIRED-SOMEIP-SERVICE-INSTANCE");
     xml.leaf("SHORT-NAME", name);
+    notes(xml, instance.notes);
     write_protections(xml, instance);
     xml.reference("SERVICE-INTERFACE-DEPLOYMENT-REF", "SOMEIP-SERVICE-INTERFACE-DEPLOYMENT",
                   deployment->second);

@@ -314,6 +314,9 @@ void Writer::write_service(const Service& service) {
   if (service_name != service.name) {
     lost(full_name(service.scope, service.name), "its name: it is " + service_name, service.place);
   }
+  if (service.scope.empty() && !has_made_name(service)) {
+    lost(service.name, "that it has no package: it is in " + package.substr(1), service.place);
+  }
   const std::string path = package + "/" + service_name;
   const std::string full = full_name(service.scope, service.name);
   std::map<std::string, std::string>& names = member_names_[full];
@@ -364,9 +367,11 @@ void Writer::write_service(const Service& service) {
     if (is_trigger) {
       names["trigger " + member_key(event.name, event.selector)] = name;
     }
-    if (event.selective || !event.selector.empty()) {
-      lost(service.name + "." + event.name, event.selective ? "that it is selective" : "its selector",
-           event.place);
+    if (event.selective) {
+      lost(service.name + "." + event.name, "that it is selective", event.place);
+    }
+    if (!event.selector.empty()) {
+      lost(service.name + "." + event.name, "its selector " + event.selector, event.place);
     }
     if (event.cycle) {
       lost(service.name + "." + event.name, "its cycle", event.place);
@@ -596,6 +601,10 @@ void Writer::write_deployment(const Service& service, const std::string& service
     group_names.try_emplace(id);
   }
   if (!group_names.empty()) {
+    const auto has_no_name = [](const auto& group) { return group.second.empty(); };
+    if (std::ranges::any_of(group_names, has_no_name) && !has_made_name(service)) {
+      lost(full, "that eventgroups of it have no names: they are Eventgroup_ and their ids", service.place);
+    }
     xml.open("EVENT-GROUPS");
     Names taken;
     for (const auto& [member, short_one] : names) {

@@ -190,6 +190,7 @@ Model everything() {
   left.weight = 2;
   left.configuration = {{"side", "left"}};
   left.machine = "Ecu";
+  left.notes = {.description = "Of the driver", .others = {{"Domain", "\"local\""}}};
   Instance any{
       .role = Instance::Role::required, .name = "Any", .service = "/car/Door", .service_id = service.id};
   any.eventgroups = {someip::EventgroupId{7}};
@@ -415,6 +416,11 @@ TEST(WriteArxml, LeavesOutIdsThatWouldBeThoseOfOthers) {
 TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   Model model = everything();
   model.services[0].events[0].selective = true;
+  model.services[0].events[0].selector = "near";
+  model.services.push_back(
+      {.name = "Lamp",
+       .id = someip::ServiceId{0x4321},
+       .eventgroups = {{.name = "all", .id = someip::EventgroupId{1}}, {.id = someip::EventgroupId{33010}}}});
   model.services[0].manages = {"Other"};
   model.services[0].methods[0].timeout = 1s;
   model.services[0].methods[0].request.crc_bytes = 4;
@@ -425,6 +431,10 @@ TEST(WriteArxml, ListsWhatItDoesNotCarry) {
   const std::vector<NotCarried> lost = write_arxml(model).not_carried;
   EXPECT_THAT(lost, Contains(testing::AllOf(Field(&NotCarried::element, "Door.changed"),
                                             Field(&NotCarried::what, HasSubstr("selective")))));
+  EXPECT_THAT(lines_of(lost),
+              testing::IsSupersetOf(
+                  {"Door.changed: its selector near", "Lamp: that it has no package: it is in Model",
+                   "Lamp: that eventgroups of it have no names: they are Eventgroup_ and their ids"}));
   EXPECT_THAT(lost, Contains(Field(&NotCarried::what, HasSubstr("manages Other"))));
   EXPECT_THAT(lost, Contains(Field(&NotCarried::what, HasSubstr("timeout"))));
   EXPECT_THAT(lost, Contains(Field(&NotCarried::what, "its CRC of 4 bytes")));
