@@ -60,7 +60,9 @@ std::vector<Target> targets_of(const Profile& profile) {
       methods.push_back(value(one.field->setter));
     }
     for (const E2eProtection& protection : one.e2e) {
-      methods.push_back(value(protection.method));
+      if (!is_of_event(protection)) {
+        methods.push_back(value(protection.id));
+      }
     }
     for (const EventgroupProfile& group : one.eventgroups) {
       target.service.eventgroups.push_back(value(group.id));
