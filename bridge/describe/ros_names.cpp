@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "bridge/describe/model.hpp"
+
 namespace trestle::describe {
 namespace {
 
@@ -90,6 +92,14 @@ std::string without_keyword(std::string name, const char* instead) {
 }
 
 }  // namespace
+
+std::string_view ros_only_name(const Type& type) {
+  const bool is_number = type.kind == Kind::primitive;
+  return is_number && type.primitive == messages::Primitive::byte        ? "byte"
+         : is_number && type.primitive == messages::Primitive::character ? "char"
+         : type.kind == Kind::string && type.ros_name == "wstring"       ? "wstring"
+                                                                         : "";
+}
 
 std::string ros_type_name(std::string_view name) {
   const auto is_part = [](char c) { return is_lower(c) || is_upper(c) || is_digit(c); };

@@ -8,6 +8,11 @@
 /// Names of interface descriptions as ROS 2 allows them. A name that is allowed stays as it is.
 namespace trestle::describe {
 
+struct Type;
+
+/// "byte", "char" or "wstring": a type of ROS that other languages take for another one; empty: none of them.
+[[nodiscard]] std::string_view ros_only_name(const Type& type);
+
 /// "CurveProfile" of "curve_profile": letters and digits, the first one a capital.
 [[nodiscard]] std::string ros_type_name(std::string_view name);
 /// "curve_profile" of "CurveProfile"; "class_value" of "class": lower case, no word that C++, Python or IDL

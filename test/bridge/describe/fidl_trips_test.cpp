@@ -603,6 +603,14 @@ TEST(FidlOfOthers, IsReadBackOfRosTypes) {
                     {"/ws/car_msgs/action/Go.action", "uint8 goal\n---\nuint8 result\n---\nuint8 part\n"}}),
               "ros");
   EXPECT_THAT(changes_of(trip), IsEmpty()) << ::testing::PrintToString(trip.lost);
+  // The same bytes, but other files of ROS.
+  EXPECT_THAT(trip.lost, IsSupersetOf({HasSubstr("byte: a type of ROS: it is UInt8 here"),
+                                       HasSubstr("char: a type of ROS: it is UInt8 here"),
+                                       HasSubstr("wstring: a type of ROS: it is String here"),
+                                       HasSubstr("NAME: that it is a constant of a message of ROS")}));
+  EXPECT_THAT(lines_of(write_arxml(trip.before.model).not_carried),
+              IsSupersetOf({"byte: a type of ROS: it is uint8 here", "char: a type of ROS: it is uint8 here",
+                            "wstring: a type of ROS: it is a string here"}));
 }
 
 TEST(FidlOfOthers, IsReadBackOfVsomeipJson) {

@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "bridge/describe/collecting.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/member_names.hpp"
+#include "bridge/describe/ros_names.hpp"
 #include "bridge/describe/write/arxml/writer.hpp"
 
 namespace trestle::describe::arxml_writer {
@@ -670,6 +673,15 @@ ArxmlFile Writer::write() {
   write_profiles();
   write_rules();
   write_tags();
+  std::set<std::string_view> of_ros;
+  for (const Type& type : model_.types) {
+    if (const std::string_view name = ros_only_name(type); !name.empty() && of_ros.insert(name).second) {
+      lost(
+          std::string{name},
+          std::string{"a type of ROS: it is "} + (type.kind == Kind::string ? "a string" : "uint8") + " here",
+          type.place);
+    }
+  }
   for (const Constant& constant : model_.constants) {
     lost(full_name(constant.scope, constant.name), "the constant", constant.place);
   }

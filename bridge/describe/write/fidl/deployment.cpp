@@ -715,9 +715,11 @@ void Deployment::lose_what_differs(const Service& service, const Service& base) 
         continue;
       }
       const auto& other = *found->second;
-      const auto tell = [&](const std::string& what) {
+      const auto tell = [&](const char* what, const std::string& which = {}) {
         lose(service_ + "." + key_of(one),
-             fmt::format("{} than in the interface that it is inherited from", what), one.place);
+             fmt::format("{} than in the interface that it is inherited from{}{}", what,
+                         which.empty() ? "" : ": ", which),
+             one.place);
       };
       auto alike = one;
       if (take_ids(alike, other)) {
@@ -731,7 +733,7 @@ void Deployment::lose_what_differs(const Service& service, const Service& base) 
         std::ranges::set_difference(now, before, std::back_inserter(only));
         constexpr std::size_t most = 5;
         only.resize(std::min(only.size(), most));
-        tell(only.empty() ? "other settings" : fmt::format("other settings ({})", fmt::join(only, ", ")));
+        tell("other settings", fmt::to_string(fmt::join(only, ", ")));
       }
       if (!has_same_protection(one, other)) {
         tell("another E2E protection");

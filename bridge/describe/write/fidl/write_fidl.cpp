@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "bridge/describe/ros_names.hpp"
 #include "bridge/describe/write/fidl/deployment.hpp"
 #include "bridge/describe/write/fidl/enumerations.hpp"
 #include "bridge/describe/write/fidl/unions.hpp"
@@ -125,9 +126,13 @@ Written Writer::all() {
     fidl(package);
     fdepl(package);
   }
+  std::set<std::string_view> of_ros;
   for (std::size_t i = 0; i < model_.types.size(); ++i) {
     const TypeIndex index{static_cast<std::uint32_t>(i)};
     const Type& type = model_.types[i];
+    if (const std::string_view name = ros_only_name(type); !name.empty() && of_ros.insert(name).second) {
+      lose(std::string{name}, fmt::format("a type of ROS: it is {} here", basic_name(type)), type.place);
+    }
     if (type.variant_of == no_type && plan_.is_inline(index) && !plan_.is_left_out(index)) {
       const std::string full = full_name(type.scope, type.name);
       lose_keys(type.notes, full, type.place);
@@ -322,6 +327,10 @@ void Writer::container(std::string& text, const Container& container) {
       lose(full_name(constant->scope, constant->name),
            fmt::format("the constant's value {}", constant->value), constant->place);
       continue;
+    }
+    if (!constant->scope.starts_with('/') && constant->scope.find('/') != std::string::npos) {
+      lose(full_name(constant->scope, constant->name), "that it is a constant of a message of ROS",
+           constant->place);
     }
     text += "\n";
     const std::string name = plan_.constant_name(*constant);
