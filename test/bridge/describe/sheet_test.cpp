@@ -68,6 +68,52 @@ TEST(WriteSheet, HasTheLayoutOfEachPayload) {
   }
 }
 
+TEST(WriteSheet, HasTheSettingsOfMembersAndInstances) {
+  using namespace std::chrono_literals;
+  Model model;
+  Service door{.name = "Door", .id = someip::ServiceId{1}, .base = "car.Base"};
+  door.methods = {{.name = "play", .id = someip::MethodId{0x20}, .selector = "slow", .timeout = 5ms},
+                  {.name = "play", .id = someip::MethodId{0x21}, .selector = "fast", .observed_bytes = 77U}};
+  door.methods[0].request_transfer = {
+      .segment_bytes = 160, .separation = 300us, .debounce = 2ms, .retention = 4ms};
+  door.events = {{.name = "moved",
+                  .id = someip::MethodId{0x8001},
+                  .eventgroups = {someip::EventgroupId{7}},
+                  .selective = true,
+                  .selector = "far",
+                  .cycle = 20ms}};
+  door.eventgroups = {{.id = someip::EventgroupId{7}}};
+  model.services = {door};
+  model.machines = {{.name = "Ecu",
+                     .address = IpAddress::v4(10, 0, 0, 1),
+                     .sd_multicast = IpAddress::v4(224, 0, 0, 1),
+                     .sd_port = std::uint16_t{30490}}};
+  for (const std::uint16_t id : {std::uint16_t{1}, std::uint16_t{2}}) {
+    model.instances.push_back(
+        {.service = "Door",
+         .id = someip::InstanceId{id},
+         .multicast = {{.eventgroup = someip::EventgroupId{7},
+                        .group = {IpAddress::v4(239, 0, 0, static_cast<std::uint8_t>(id)), 1000},
+                        .threshold = id}}});
+  }
+  model.instances[0].timing = sd::Timing{.ttl_s = 99};
+  model.instances[0].machine = "Ecu";
+  const std::string text = write_sheet(model).files[0].text;
+  for (const char* part :
+       {"\nIt extends car.Base.\n", "\n### Method play:slow (0x0020)\n\nTimeout: 5 ms.\n",
+        "\nRequest: UDP, SOME/IP-TP with segments of 160 bytes, 300 us between segments, collected at least "
+        "2 ms "
+        "apart for at most 4 ms, empty\n",
+        "\n### Method play:fast (0x0021)\n\nThe largest payload seen has 77 bytes.\n",
+        "\n### Event moved:far (0x8001)\n\nSelective: the service chooses who gets it.\n\nCycle: 20 ms.\n",
+        "|  | 0x0007 | moved:far | Door 0x0001: 239.0.0.1:1000 from 1 subscribers on; Door 0x0002: "
+        "239.0.0.2:1000 from 2 subscribers on |\n",
+        "| Door 0x0001 | machine: Ecu |\n", " to 10 ms; TTL 99 s |\n",
+        "| Ecu | 10.0.0.1 | 224.0.0.1 | 30490 |\n"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+}
+
 TEST(WriteSheet, TellsWhichBytesTrestleCannotDo) {
   Model model;
   model.services.push_back({.name = "Door"});

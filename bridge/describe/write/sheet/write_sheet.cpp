@@ -11,9 +11,11 @@
 #include "bridge/describe/instance_index.hpp"
 #include "bridge/describe/layout.hpp"
 #include "bridge/describe/load_e2e.hpp"
+#include "bridge/describe/member_names.hpp"
 #include "bridge/describe/model_json.hpp"
 #include "bridge/describe/protection.hpp"
 #include "bridge/describe/units.hpp"
+#include "bridge/documents/format.hpp"
 #include "bridge/documents/xml_text.hpp"
 #include "someip/net/address_text.hpp"
 
@@ -154,6 +156,7 @@ class SheetWriter {
           "chosen: Trestle chose this id, because no description gives it. Other programs do not know it.");
     }
     std::ranges::for_each(model_.services, [this](const Service& one) { service(one); });
+    machines();
     types();
     constants();
     return std::move(lost_);
@@ -204,12 +207,23 @@ class SheetWriter {
     form_.heading(2, fmt::format("{} ({}, version {}.{})", full_name(service.scope, service.name),
                                  id_text(service.id, service.id_is_chosen), service.major, service.minor));
     notes(service.notes);
+    if (!service.base.empty()) {
+      form_.paragraph("It extends " + service.base + ".");
+    }
+    if (!service.manages.empty()) {
+      form_.paragraph(fmt::format("It manages {}.", fmt::join(service.manages, ", ")));
+    }
     instances(service);
     eventgroups(service);
     for (const Method& one : service.methods) {
-      form_.heading(3, fmt::format("Method {} ({})", one.name, id_text(service, one.id)));
+      const std::string key = member_key(one.name, one.selector);
+      form_.heading(3, fmt::format("Method {} ({})", key, id_text(service, one.id)));
       notes(one.notes);
-      const std::string element = full_name(service.scope, service.name) + "." + one.name;
+      if (one.timeout) {
+        form_.paragraph("Timeout: " + time_text(*one.timeout) + ".");
+      }
+      largest(one.observed_bytes);
+      const std::string element = full_name(service.scope, service.name) + "." + key;
       payload(element, one.fire_and_forget ? "Request (fire and forget)" : "Request", one.request,
               one.request_transfer, one.place);
       if (!one.fire_and_forget) {
@@ -225,9 +239,15 @@ class SheetWriter {
       protection(one.e2e, E2eUse::called);
     }
     for (const Event& one : service.events) {
-      form_.heading(3, fmt::format("Event {} ({})", one.name, id_text(service, one.id)));
+      const std::string key = member_key(one.name, one.selector);
+      form_.heading(3, fmt::format("Event {} ({})", key, id_text(service, one.id)));
       notes(one.notes);
-      payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload, one.transfer,
+      if (one.selective) {
+        form_.paragraph("Selective: the service chooses who gets it.");
+      }
+      cycle(one.cycle);
+      largest(one.observed_bytes);
+      payload(full_name(service.scope, service.name) + "." + key, "Payload", one.payload, one.transfer,
               one.place);
       protection(one.e2e, E2eUse::sent_event);
     }
@@ -243,11 +263,26 @@ class SheetWriter {
       part(one.has_notifier, "notifier", one.notifier);
       form_.heading(3, fmt::format("Field {} ({})", one.name, parts));
       notes(one.notes);
+      cycle(one.cycle);
+      largest(one.observed_bytes);
       payload(full_name(service.scope, service.name) + "." + one.name, "Payload", one.payload,
               one.has_notifier ? one.notifier_transfer : one.getter_transfer, one.place);
       protection(one.e2e, E2eUse::sent_event, "Notifier: ");
       protection(one.getter_e2e, E2eUse::called, "Getter: ");
       protection(one.setter_e2e, E2eUse::called, "Setter: ");
+    }
+  }
+
+  static std::string time_text(Duration time) { return documents::to_string(time); }
+  void cycle(const std::optional<std::chrono::microseconds>& cycle) {
+    if (cycle) {
+      form_.paragraph("Cycle: " + time_text(*cycle) + ".");
+    }
+  }
+  /// Of a capture.
+  void largest(const std::optional<std::uint32_t>& observed_bytes) {
+    if (observed_bytes) {
+      form_.paragraph(fmt::format("The largest payload seen has {} bytes.", *observed_bytes));
     }
   }
 
@@ -285,6 +320,61 @@ class SheetWriter {
     if (!rows.empty()) {
       form_.table({"instance", "id", "role", "address", "UDP", "TCP"}, rows);
     }
+    rows.clear();
+    for (const Instance* const one : instances_.of(service)) {
+      for (std::string& setting : settings_of(*one)) {
+        rows.push_back({label_of(*one), std::move(setting)});
+      }
+    }
+    if (!rows.empty()) {
+      form_.table({"instance", "setting"}, rows);
+    }
+  }
+
+  /// What few instances have.
+  static std::vector<std::string> settings_of(const Instance& one) {
+    std::vector<std::string> all;
+    if (!one.machine.empty()) {
+      all.push_back("machine: " + one.machine);
+    }
+    if (one.major || one.minor) {
+      all.push_back(fmt::format("version: {}.{}", one.major ? std::to_string(*one.major) : "any",
+                                one.minor ? std::to_string(*one.minor) : "any"));
+    }
+    if (one.priority || one.weight) {
+      all.push_back(fmt::format("load balancing: priority {}, weight {}", one.priority.value_or(0),
+                                one.weight.value_or(0)));
+    }
+    for (const auto& [key, value] : one.configuration) {
+      all.push_back(fmt::format("configuration option: {}={}", key, value));
+    }
+    if (one.timing) {
+      const sd::Timing& timing = *one.timing;
+      all.push_back(
+          fmt::format("service discovery: first after {} to {}, {} repetitions from {} on, then each "
+                      "{}; answers after {} to {}; TTL {} s",
+                      time_text(timing.initial_delay_min), time_text(timing.initial_delay_max),
+                      timing.repetitions_max, time_text(timing.repetitions_base_delay),
+                      time_text(timing.cyclic_offer_delay), time_text(timing.request_response_delay_min),
+                      time_text(timing.request_response_delay_max), timing.ttl_s));
+    }
+    if (const std::string text = meaning(one.notes); !text.empty()) {
+      all.push_back(text);
+    }
+    return all;
+  }
+
+  void machines() {
+    std::vector<std::vector<std::string>> rows;
+    for (const Machine& one : model_.machines) {
+      rows.push_back({one.name, one.address ? someip::to_string(*one.address) : "",
+                      one.sd_multicast ? someip::to_string(*one.sd_multicast) : "",
+                      one.sd_port ? std::to_string(*one.sd_port) : ""});
+    }
+    if (!rows.empty()) {
+      form_.heading(2, "Machines");
+      form_.table({"machine", "address", "group of service discovery", "port"}, rows);
+    }
   }
 
   void eventgroups(const Service& service) {
@@ -292,16 +382,23 @@ class SheetWriter {
     const auto add = [&](const auto& one) {
       for (const someip::EventgroupId group : std::set(one.eventgroups.begin(), one.eventgroups.end())) {
         std::string& all = members[group];
-        all += (all.empty() ? "" : ", ") + one.name;
+        if constexpr (requires { one.selector; }) {
+          all += (all.empty() ? "" : ", ") + member_key(one.name, one.selector);
+        } else {
+          all += (all.empty() ? "" : ", ") + one.name;
+        }
       }
     };
     std::ranges::for_each(service.events, add);
     std::ranges::for_each(service.fields, add);
+    const std::vector<const Instance*> instances = instances_.of(service);
     std::map<someip::EventgroupId, std::string> multicast;
-    for (const Instance* const instance : instances_.of(service)) {
+    for (const Instance* const instance : instances) {
       for (const Multicast& one : instance->multicast) {
-        multicast[one.eventgroup] =
-            fmt::format("{} from {} subscribers on", someip::to_string(one.group), one.threshold);
+        std::string& all = multicast[one.eventgroup];
+        all += fmt::format("{}{}{} from {} subscribers on", all.empty() ? "" : "; ",
+                           instances.size() > 1 ? label_of(*instance) + ": " : "",
+                           someip::to_string(one.group), one.threshold);
       }
     }
     std::vector<std::vector<std::string>> rows;
@@ -319,6 +416,13 @@ class SheetWriter {
     std::string how = transfer.transport == Transport::tcp ? "TCP" : "UDP";
     if (transfer.segment_bytes != 0) {
       how += fmt::format(", SOME/IP-TP with segments of {} bytes", transfer.segment_bytes);
+    }
+    if (transfer.separation.count() != 0) {
+      how += fmt::format(", {} between segments", time_text(transfer.separation));
+    }
+    if (transfer.debounce.count() != 0 || transfer.retention.count() != 0) {
+      how += fmt::format(", collected at least {} apart for at most {}", time_text(transfer.debounce),
+                         time_text(transfer.retention));
     }
     if (!payload.known) {
       form_.paragraph(fmt::format("{}: {}; the sources do not describe its bytes", title, how));
