@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <set>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -41,14 +41,19 @@ std::vector<Alternative> alternatives_of(const Model& model, const Type& type) {
   return all;
 }
 
-std::set<std::string_view> names_of(const std::vector<Value>& values) {
-  std::set<std::string_view> names;
-  for (const Value& value : values) {
-    if (!value.name.empty()) {
-      names.insert(value.name);
-    }
+std::map<std::string_view, std::size_t> places_of(const std::vector<Value>& values) {
+  std::map<std::string_view, std::size_t> places;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    places.try_emplace(values[i].name, i);
   }
-  return names;
+  return places;
+}
+
+// Whether a name that stands in one list has another place in the other one.
+bool stands_elsewhere(std::string_view name, const std::map<std::string_view, std::size_t>& places,
+                      const std::vector<Value>& others) {
+  const auto place = places.find(name);
+  return place != places.end() && (place->second >= others.size() || others[place->second].name != name);
 }
 
 }  // namespace
@@ -88,11 +93,12 @@ void PayloadComparison::values(const std::string& element, const std::vector<Val
     return;
   }
   const std::size_t common = std::min(old.size(), now.size());
-  const std::set<std::string_view> old_names = names_of(old);
-  const std::set<std::string_view> new_names = names_of(now);
+  const std::map<std::string_view, std::size_t> old_places = places_of(old);
+  const std::map<std::string_view, std::size_t> new_places = places_of(now);
   for (std::size_t i = 0; i < common; ++i) {
     const std::string name = path_of(element, now[i].name);
-    const bool has_moved = old_names.contains(now[i].name) || new_names.contains(old[i].name);
+    const bool has_moved =
+        stands_elsewhere(now[i].name, old_places, now) || stands_elsewhere(old[i].name, new_places, old);
     log_.renamed(has_moved ? "value-moved" : "value-renamed", name, old[i].name, now[i].name, old[i].place,
                  now[i].place);
     if (old[i].tag != now[i].tag) {

@@ -67,7 +67,7 @@ bool is_listed(const Change& change, const std::vector<std::string>& lost) {
     const std::size_t colon = line.find(": ");
     const std::string_view element{line.data(), colon};
     const std::string_view what = std::string_view{line}.substr(colon + 2);
-    if (rule.ends_with("-renamed")) {
+    if (rule.ends_with("-renamed") || rule == "value-moved") {
       // "Car.open__it.a__b: its name: it is a_b", "Car.close:slow: its name: it is close_2"
       return element.substr(0, element.find(':')).ends_with(change.before) &&
              what == "its name: it is " + change.after;

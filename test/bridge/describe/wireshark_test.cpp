@@ -283,7 +283,7 @@ TEST_F(Tshark, ShowsMethodsFieldsTagsAndE2e) {
        {"Method ID: 0x0001 (open)", "speed [uint16]: 9\n", "name [string]: \xef\xbb\xbfme\n",
         "error [uint8]: 1 (JAMMED)\n", "angle [uint16]: 300\n", "n [uint8]: 33\n", "(light_get)",
         "light [uint8]: 34\n", "(light_set)", "light [uint8]: 35\n", "(light)", "light [uint8]: 36\n",
-        "array e2e_header (elements limit: 12)", "v [uint8]: 37\n", "element [uint8]: 8\n",
+        "array e2e_header (elements limit: 12)", "v [uint8]: 37\n", "E2E header [uint8]: 8\n",
         "lock [uint8]: 38\n", "array e2e_header (elements limit: 3)", "lock [uint8]: 39\n",
         "lock [uint8]: 40\n"}) {
     EXPECT_THAT(shown, HasSubstr(line));
