@@ -190,7 +190,7 @@ class Protected(unittest.TestCase):
         routes = os.path.join(FOLDER.name, "routes")
         subprocess.run([TRESTLE, "generate", path, "--to", "routes,msg", "-o", routes, "-q"], check=True)
         with open(os.path.join(routes, "bridge.yaml")) as file:
-            ids = re.findall("data_id: (\\d+|0x[0-9a-f]+)", file.read())
+            ids = re.findall("data_id: (0x[0-9a-f]+|\\d+)", file.read())
         self.assertEqual(sorted(int(one, 0) for one in ids), [45, 46, 47, 145, 146, 147])
         subprocess.run([TRESTLE, "check", os.path.join(routes, "bridge.yaml")], check=True, stdout=subprocess.DEVNULL)
 
