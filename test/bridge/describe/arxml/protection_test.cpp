@@ -227,11 +227,12 @@ TEST(ProtectionInArxml, IsWrittenAsEachInstanceHasIt) {
   EXPECT_EQ(problems_of(reading), "");
   const Service& read = reading.model.services.at(0);
   const Protection& moved = read.events.at(0).e2e;
-  EXPECT_EQ(moved.numbers.at("data_id"), 1U);
+  EXPECT_EQ(moved.of(someip::InstanceId{1}).numbers.at("data_id"), 1U);
   EXPECT_EQ(moved.of(someip::InstanceId{2}).numbers.at("data_id"), 3U);
-  EXPECT_EQ(moved.of_instances.size(), 1U);
+  EXPECT_EQ(moved.of(someip::InstanceId{3}).numbers.at("data_id"), 1U);
   const Protection& open = read.methods.at(0).e2e;
-  EXPECT_EQ(open.numbers.at("data_id"), 2U);
+  EXPECT_EQ(open.of(someip::InstanceId{1}).numbers.at("data_id"), 2U);
+  EXPECT_TRUE(open.of(someip::InstanceId{3}).empty());
   EXPECT_EQ(open.of(someip::InstanceId{2}), service.methods[0].e2e.of(someip::InstanceId{2}));
   // Two have it of the event, and one of the method has none.
   std::size_t methods = 0;

@@ -99,9 +99,9 @@ TEST(ReadFidl, WarnsOfTheDeploymentOfWhatAnInterfaceInherits) {
                        "interface a.B { SomeIpServiceID = 2\nmethod m { SomeIpReliable = true }\n"
                        "broadcast e { SomeIpEventGroups = { 1 } }\nmethod own { SomeIpMethodID = 7 } }"}},
       {"B.fdepl"});
-  const std::string rest = ", which 'A' declares: Franca takes its deployment there alone; write it there";
-  EXPECT_THAT(told(reading), ElementsAre("B.fdepl:4:1: warning: 'B' inherits the method 'm'" + rest,
-                                         "B.fdepl:5:1: warning: 'B' inherits the broadcast 'e'" + rest));
+  const std::string rest = ", which 'a.A' declares: Franca takes its deployment there alone; write it there";
+  EXPECT_THAT(told(reading), ElementsAre("B.fdepl:4:1: warning: 'a.B' inherits the method 'm'" + rest,
+                                         "B.fdepl:5:1: warning: 'a.B' inherits the broadcast 'e'" + rest));
   EXPECT_EQ(reading.model.services.at(1).methods.at(0).request_transfer.transport, Transport::tcp);
 }
 
